@@ -1,0 +1,1 @@
+"""From trial tables to numbers and figures."""

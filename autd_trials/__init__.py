@@ -1,0 +1,1 @@
+"""Experiment runner for midair haptics with phased arrays of ultrasound transducers."""

@@ -1,0 +1,111 @@
+"""What an array driver offers, and the words in which it is asked."""
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+Waveform = Literal["sine", "square", "constant"]
+ForceLaw = Literal["amplitude", "pressure"]
+
+
+@dataclass(frozen=True)
+class Stimulus:
+    """One finite burst at one focus; `target_mm` in the calibrated frame, `drive` and `depth` 0..1.
+
+    A drive of 0 is a catch trial: the driver does everything as ever, and nothing is emitted.
+    """
+
+    target_mm: tuple[float, float, float]
+    duration_s: float
+    modulation_hz: float
+    waveform: Waveform
+    depth: float
+    drive: float
+    force_law: ForceLaw
+    ramp_s: float
+
+
+@dataclass(frozen=True)
+class ArrayInfo:
+    """What the log keeps of an array; `emulated` is what the firmware says, not what the rig file hopes."""
+
+    driver: str
+    link: str
+    emulated: bool
+    devices: int
+    transducers: int
+    firmware: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Health:
+    """State of the devices at `time_s` on the host's monotonic clock."""
+
+    time_s: float
+    devices: int
+    devices_ready: int
+    failsafe: bool
+    thermal: bool
+
+    @property
+    def ok(self) -> bool:
+        """All devices ready and no failsafe latched."""
+        return self.devices_ready == self.devices and not self.failsafe
+
+
+@dataclass(frozen=True)
+class Onset:
+    """An accepted start command.
+
+    `onset_s` is the hardware onset on the host's monotonic clock, `device_ns` the same on the devices' clock,
+    `requested_s` what was asked for, `margin_s` what was left between acceptance and onset.
+    """
+
+    onset_s: float
+    device_ns: int
+    requested_s: float
+    margin_s: float
+
+
+@dataclass(frozen=True)
+class Completion:
+    """The state read back around the onset: still silent at `silent_s`, emitting at `emitting_s` (host clock).
+
+    `ended_s` is when all devices were seen to have stopped by themselves.
+    """
+
+    silent_s: float
+    emitting_s: float
+    ended_s: float
+    health: Health
+
+
+class ArrayDriver(Protocol):
+    """An array that emits finite bursts at a time of its own clock."""
+
+    def open(self) -> ArrayInfo:
+        """Take the devices, check that they are all there, leave them silent; raises DeviceError."""
+
+    def check(self, stimuli: list[Stimulus]) -> None:
+        """Refuse (UnsafeError or UsageError) what could not be emitted one after the other under the limits."""
+
+    def arm(self, stimulus: Stimulus) -> float:
+        """Preload a stimulus in silence; return its exposure in s at full drive. Refuses what is over a limit."""
+
+    @property
+    def lead_s(self) -> float:
+        """How long before the onset `start` must be called; adapts to the send times seen."""
+
+    def start(self, onset_s: float) -> Onset:
+        """Start the armed stimulus at host time `onset_s`, or as soon after it as the lead allows."""
+
+    def finish(self) -> Completion:
+        """Wait until the started stimulus has ended by itself; raises DeviceError if it did not."""
+
+    def abort(self) -> None:
+        """Silence the array now, whatever it does; safe at any time, also twice."""
+
+    def health(self) -> Health:
+        """Read the devices' state now."""
+
+    def close(self) -> None:
+        """Silence and release the array; never raises."""

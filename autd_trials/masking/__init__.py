@@ -1,0 +1,1 @@
+"""Pink noise, its level, its player."""

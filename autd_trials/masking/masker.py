@@ -1,0 +1,40 @@
+"""What a player of masking noise offers."""
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+
+@dataclass(frozen=True)
+class MaskerInfo:
+    """What the log keeps of the masker: `level_dba` is None where the headphones' sensitivity is unknown."""
+
+    kind: str
+    device: str
+    level_dbfs: float
+    level_dba: float | None
+    sample_rate_hz: int
+
+
+@dataclass(frozen=True)
+class MaskerEvent:
+    """Something that happened to the sound; `time_s` on the host's monotonic clock."""
+
+    time_s: float
+    kind: Literal["underrun", "lost"]
+    detail: str
+
+
+class Masker(Protocol):
+    """A player of masking noise."""
+
+    def open(self) -> MaskerInfo:
+        """Make the device ready, still silent; raises DeviceError. May be called again after `close`."""
+
+    def start(self) -> None:
+        """Ramp the noise in and return once sound is really flowing; raises DeviceError."""
+
+    def events(self) -> list[MaskerEvent]:
+        """Return what happened since the last call, oldest first; never waits."""
+
+    def close(self) -> None:
+        """Ramp the noise out and release the device; never raises."""

@@ -1,0 +1,1 @@
+"""Simulated people; one is a responder like any other."""

@@ -1,0 +1,1 @@
+"""What lasts: the event log, reading it back, the BIDS data set."""

@@ -1,0 +1,61 @@
+"""What a response device offers; every one of them, real or simulated, passes one contract test suite."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+
+@dataclass(frozen=True)
+class Press:
+    """One press.
+
+    `time_s` is on the host's monotonic clock; `device_time_s` is the device's own stamp where it sends one.
+    """
+
+    time_s: float
+    button: str
+    device_time_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Presentation:
+    """What the participant is presented with; hardware ignores it, a simulated participant feels it."""
+
+    trial: int
+    attempt: int
+    onset_s: float
+    duration_s: float
+    drive: float
+    modulation_hz: float
+    conditions: Mapping[str, float | str | None]
+
+
+@dataclass(frozen=True)
+class ResponderInfo:
+    """What the log keeps of a response device."""
+
+    kind: str
+    device: str
+    time_uncertainty_s: float
+
+
+class Responder(Protocol):
+    """A source of presses."""
+
+    def open(self) -> ResponderInfo:
+        """Make the device ready; raises DeviceError. May be called again after `close` (the device came back)."""
+
+    def present(self, presentation: Presentation) -> None:
+        """Say what is presented and when (onset may lie ahead)."""
+
+    def read(self, until_s: float) -> list[Press]:
+        """Wait until the clock shows `until_s` or a press is there; return the presses that came, oldest first.
+
+        Raises
+        ------
+        DeviceError
+            The device was lost.
+        """
+
+    def close(self) -> None:
+        """Release the device; never raises."""

@@ -1,0 +1,1 @@
+"""Running a session: events, the runner, what it needs of devices and of the operator."""

@@ -1,0 +1,1 @@
+"""The shipped protocols and rig files, found by bare name."""
