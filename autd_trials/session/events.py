@@ -74,7 +74,10 @@ class StimulusStart(_Event):
 
 
 class ResponseMade(_Event):
-    """A press; `phase` is where it fell. `response_time_s` counts from the hardware onset (negative before it)."""
+    """A press; `phase` is where it fell.
+
+    `response_time_s` counts from the hardware onset; it is negative before it.
+    """
 
     event: Literal["response"] = "response"
     trial: int | None
@@ -100,11 +103,13 @@ class TrialEnd(_Event):
     response_time_s: float | None
     silent_before_s: float | None = None
     emitting_after_s: float | None = None
+    devices_ready: int | None = None
+    thermal: bool | None = None
     underruns: int = 0
 
 
 class Pause(_Event):
-    """The session pauses, array silent."""
+    """The session pauses, array silent; a break between blocks is a pause too."""
 
     event: Literal["pause"] = "pause"
     reason: str
@@ -128,11 +133,12 @@ class Note(_Event):
 
 
 class Fault(_Event):
-    """Something failed; `device` is array, masker, responder, disk or listener."""
+    """Something failed at `happened_t_s`; `device` is array, masker, responder, disk or listener."""
 
     event: Literal["fault"] = "fault"
     device: str
     what: str
+    happened_t_s: float
 
 
 class SessionEnd(_Event):

@@ -1,0 +1,195 @@
+"""A session, from the instructions to its end: one piece of code in real and in virtual time."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from autd_trials.clock import Clock
+from autd_trials.errors import DeviceError, StoppedByPerson, TrialsError
+from autd_trials.protocol.plan import Plan, PlannedBlock, PlannedTrial
+from autd_trials.protocol.schema import Protocol
+from autd_trials.session.devices import Devices, array_stimulus
+from autd_trials.session.events import BlockStart, Fault, Note, Pause, Resume, SessionEnd
+from autd_trials.session.interrupts import Interrupts
+from autd_trials.session.operator import Operator
+from autd_trials.session.presses import PressBook
+from autd_trials.session.recorder import Recorder
+from autd_trials.session.trial import TrialRunner
+from autd_trials.session.watch import Watch
+
+_MASKER_LEAD_S = 2.0
+"""The masker plays this long before a trial may start: sound devices begin with gaps of up to 0.9 s."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where a session stands: the trials that are complete, and how often each was attempted."""
+
+    complete: frozenset[int] = frozenset()
+    attempts: Mapping[int, int] = field(default_factory=dict)
+
+
+class SessionRunner:
+    """Runs the trials of a plan that are not yet complete.
+
+    Parameters
+    ----------
+    protocol, plan
+        What is to be done.
+    devices
+        What it is done with; already open.
+    operator
+        Confirms, and decides after a pause.
+    clock, interrupts
+        Time, and requests to stop.
+    recorder
+        Where everything goes.
+    standing
+        What is already done, for a session that is resumed.
+    """
+
+    def __init__(
+        self,
+        protocol: Protocol,
+        plan: Plan,
+        *,
+        devices: Devices,
+        operator: Operator,
+        clock: Clock,
+        interrupts: Interrupts,
+        recorder: Recorder,
+        standing: Standing | None = None,
+    ) -> None:
+        standing = standing or Standing()
+        self._protocol = protocol
+        self._devices = devices
+        self._operator = operator
+        self._clock = clock
+        self._interrupts = interrupts
+        self._recorder = recorder
+        self._attempts = dict(standing.attempts)
+        self._to_do = [trial for trial in plan.trials if trial.trial not in standing.complete]
+        self._blocks = plan.blocks
+        self._masker_started = False
+        presses = PressBook(recorder)
+        self._watch = Watch(devices, clock, interrupts, recorder, presses)
+        self._trials = TrialRunner(protocol, devices, clock, recorder, presses, self._watch)
+
+    def run(self) -> None:
+        """Run the session to its end, and record how it ended.
+
+        Whatever happens, the array is silenced first and `session-end` is logged then.
+
+        Raises
+        ------
+        StoppedByPerson, DeviceError, UnsafeError
+            The session ended before its last trial.
+        """
+        try:
+            self._run_blocks()
+        except BaseException as error:
+            self._devices.array.abort()
+            aborted = isinstance(error, StoppedByPerson | KeyboardInterrupt)
+            why = error.what if isinstance(error, TrialsError) else repr(error)
+            self._recorder.record(SessionEnd, status="aborted" if aborted else "failed", why=why)
+            raise
+        self._devices.array.abort()
+        self._recorder.record(SessionEnd, status="success", why="all trials complete")
+
+    def _run_blocks(self) -> None:
+        self._devices.array.check([array_stimulus(self._protocol, trial) for trial in self._to_do])
+        self._operator.read_out(self._protocol.instructions)
+        for number, (block, trials) in enumerate(self._blocks_to_do()):
+            if number > 0:
+                self._take_break()
+            self._run_block(block, trials)
+
+    def _blocks_to_do(self) -> list[tuple[PlannedBlock, list[PlannedTrial]]]:
+        pairs = [(block, [t for t in self._to_do if t.block == block.block]) for block in self._blocks]
+        return [(block, trials) for block, trials in pairs if trials]
+
+    def _take_break(self) -> None:
+        self._recorder.record(Pause, reason="break between blocks")
+        self._watch.until(self._clock.now_s() + self._protocol.timing.break_s)
+        self._recorder.record(Resume, after_crash=False, confirmed_by=self._operator.confirmed_by)
+
+    def _run_block(self, block: PlannedBlock, trials: list[PlannedTrial]) -> None:
+        self._operator.confirm_block(block)
+        self._recorder.record(
+            BlockStart,
+            block=block.block,
+            conditions=block.conditions,
+            confirmed_by=self._operator.confirmed_by,
+        )
+        ready_s: float | None = None
+        for trial in trials:
+            ready_s = self._complete(trial, ready_s)
+
+    def _complete(self, trial: PlannedTrial, ready_s: float | None) -> float:
+        """Attempt a trial until it is complete; return the end of its response window on the host's clock.
+
+        `ready_s` is when the trial before ended; None asks for a lead-in first.
+        """
+        while True:
+            try:
+                onset_s = (self._lead_in() if ready_s is None else ready_s) + trial.pause_before_s
+                exposure_s = self._trials.arm(trial, onset_s)
+                if not self._interrupts.pause_requested:
+                    return self._run_armed(trial, onset_s, exposure_s)
+                self._pause("asked by the experimenter")
+            except DeviceError as fault:
+                self._pause_for(fault)
+            ready_s = None
+
+    def _run_armed(self, trial: PlannedTrial, onset_s: float, exposure_s: float) -> float:
+        attempt = self._attempts.get(trial.trial, 0) + 1
+        self._attempts[trial.trial] = attempt
+        return self._trials.run(trial, attempt, onset_s, exposure_s)
+
+    def _lead_in(self) -> float:
+        """Wait before the first trial after a start or a pause, with the masker playing; return the time."""
+        lead_in_s = self._protocol.timing.lead_in_s
+        if self._devices.masker is not None:
+            if not self._masker_started:
+                self._devices.masker.start()
+                self._masker_started = True
+            lead_in_s = max(lead_in_s, _MASKER_LEAD_S)
+        end_s = self._clock.now_s() + lead_in_s
+        self._watch.until(end_s, pausable=True)
+        return end_s
+
+    def _pause(self, reason: str) -> None:
+        if not self._ask_to_go_on(reason):
+            raise StoppedByPerson("stopped in a pause")
+        self._recorder.record(Resume, after_crash=False, confirmed_by=self._operator.confirmed_by)
+
+    def _pause_for(self, fault: DeviceError) -> None:
+        """Pause until the devices are back; raises the fault if the experimenter gives up."""
+        while True:
+            self._recorder.record(
+                Fault,
+                device=fault.where or "unknown",
+                what=fault.what,
+                happened_t_s=self._recorder.session_time(self._clock.now_s()),
+            )
+            if not self._ask_to_go_on(str(fault)):
+                raise fault
+            self._devices.close()
+            self._masker_started = False
+            try:
+                devices = self._devices.open()
+            except DeviceError as still:
+                fault = still
+                continue
+            self._recorder.record(
+                Resume, after_crash=False, confirmed_by=self._operator.confirmed_by, devices=devices
+            )
+            return
+
+    def _ask_to_go_on(self, reason: str) -> bool:
+        self._devices.array.abort()
+        self._recorder.record(Pause, reason=reason)
+        decision = self._operator.decide_after_pause(reason)
+        self._interrupts.clear()
+        for text in decision.notes:
+            self._recorder.record(Note, text=text)
+        return decision.go_on
