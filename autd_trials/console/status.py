@@ -95,7 +95,7 @@ def time_left_s(plan: Plan, timing: Timing, completed: int) -> float:
     return trials_s + blocks_ahead * timing.lead_in_s + max(0, blocks_ahead - 1) * timing.break_s
 
 
-def fold(status: Status, event: Event) -> Status:  # noqa: PLR0911 - one line for each kind of event
+def fold(status: Status, event: Event) -> Status:
     """Return the status after an event."""
     match event:
         case SessionStart():
