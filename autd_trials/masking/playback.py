@@ -1,0 +1,59 @@
+"""The noise as a sound card asks for it: block after block out of the loop, ramped in and out."""
+
+from typing import TYPE_CHECKING
+
+from autd_trials.masking.noise import raised_cosine
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class Playback:
+    """Play a loop from its beginning, for ever, until asked to stop.
+
+    Parameters
+    ----------
+    loop
+        One period of the noise.
+    ramp_samples
+        Length of the ramps in and out.
+    """
+
+    def __init__(self, loop: "NDArray[np.float32]", ramp_samples: int) -> None:
+        self._loop = loop
+        self._rise = raised_cosine(ramp_samples)
+        self._stopping = False
+        self._stopped_at: int | None = None
+        self.frames = 0
+        """Frames handed out so far."""
+
+    def stop(self) -> None:
+        """Ramp out from the next block on; may be called from any thread."""
+        self._stopping = True
+
+    @property
+    def ended(self) -> bool:
+        """Whether the ramp out has been handed out as a whole; silence follows."""
+        return self._stopped_at is not None and self.frames >= self._stopped_at + len(self._rise)
+
+    def fill(self, block: "NDArray[np.float32]") -> None:
+        """Write the next frames, the same noise on every channel, into a (frames, channels) block."""
+        import numpy as np
+
+        if self._stopping and self._stopped_at is None:
+            self._stopped_at = self.frames
+        position = self.frames + np.arange(len(block))
+        noise = self._loop.take(position, mode="wrap")
+        if self.frames < len(self._rise):
+            noise *= self._rise.take(position, mode="clip")
+        if self._stopped_at is not None:
+            noise *= self._fall(position - self._stopped_at)
+        block[:] = noise[:, np.newaxis]
+        self.frames += len(block)
+
+    def _fall(self, since_stop: "NDArray[np.int64]") -> "NDArray[np.float32]":
+        import numpy as np
+
+        gain = self._rise[::-1].take(since_stop, mode="clip")
+        return np.where(since_stop < len(self._rise), gain, np.float32(0))

@@ -1,0 +1,230 @@
+"""The process that plays the noise: ``python -m autd_trials.masking.player_process SETTINGS``.
+
+It is told ``start`` on its standard input and plays until that is closed or its parent is gone, so that sound
+never outlives the runner. It answers on its standard output, one JSON object a line: ``ready``, ``flowing``,
+``alive``, ``underrun``, ``failed``. Times are `time.monotonic`, which all processes of a machine share.
+"""
+
+import contextlib
+import json
+import os
+import queue
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from autd_trials.errors import DeviceError, TrialsError
+from autd_trials.masking.devices import OutputDevice, find_device, list_devices
+from autd_trials.masking.noise import RAMP_S, pink_noise
+from autd_trials.masking.playback import Playback
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+START_DEADLINE_S = 5.0
+
+_BLOCK_FRAMES = 2048
+_LATENCY_S = 0.2  # rides out a busy machine
+_STALL_S = 0.5
+_WATCH_S = 0.05
+_ALIVE_EVERY_S = 0.2
+_RAMP_OUT_DEADLINE_S = 0.7
+
+
+@dataclass(frozen=True)
+class PlayerSettings:
+    """What to play where; handed over as JSON."""
+
+    device: str | int
+    level_dbfs: float
+    seed: int
+    sample_rate_hz: int
+    loop_s: float
+
+
+def main() -> None:
+    """Play until told to end; never returns, since PortAudio can hang on a dead device."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the runner's to handle
+    try:
+        _play(PlayerSettings(**json.loads(sys.argv[1])))
+    except TrialsError as error:
+        _tell("failed", what=error.what, where=error.where, do=error.do, time_s=time.monotonic())
+    except Exception:
+        traceback.print_exc()
+        sys.stderr.flush()
+        os._exit(1)
+    os._exit(0)
+
+
+def _play(settings: PlayerSettings) -> None:
+    runner = _Runner()
+    output = _Output(settings)
+    _tell("ready", device=str(output.device))
+    if not runner.wait_for_start():
+        return
+    output.start()
+    _wait_for_flow(output, runner)
+    _watch(output, runner)
+    output.ramp_out()
+
+
+def _wait_for_flow(output: "_Output", runner: "_Runner") -> None:
+    deadline_s = time.monotonic() + START_DEADLINE_S
+    while not output.flowing and not runner.gone:
+        if output.ended or time.monotonic() > deadline_s:
+            raise DeviceError(
+                f"the sound device took no sound within {START_DEADLINE_S:g} s",
+                where=str(output.device),
+                do="see whether another program holds it, and whether it plays anything else",
+            )
+        time.sleep(_WATCH_S)
+    _tell("flowing")
+
+
+def _watch(output: "_Output", runner: "_Runner") -> None:
+    """Report underruns until the runner ends it; a device that takes no more sound is an end, too."""
+    alive_s = time.monotonic()
+    while not runner.gone:
+        for time_s in output.new_underruns():
+            _tell("underrun", time_s=time_s)
+        if output.ended or output.idle_s > _STALL_S:
+            raise DeviceError("the sound device takes no more sound", where=str(output.device))
+        if time.monotonic() - alive_s > _ALIVE_EVERY_S:
+            alive_s = time.monotonic()
+            _tell("alive")
+        time.sleep(_WATCH_S)
+
+
+class _Runner:
+    """The parent: what it says, and whether it is still there."""
+
+    def __init__(self) -> None:
+        self._parent = os.getppid()
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._closed = False
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self) -> None:
+        for line in sys.stdin:
+            self._lines.put(line)
+        self._closed = True
+
+    @property
+    def gone(self) -> bool:
+        """Whether it closed the pipe or died; a pipe can stay open in a process that it left behind."""
+        return self._closed or os.getppid() != self._parent
+
+    def wait_for_start(self) -> bool:
+        """Return True when told to start, False when the runner is gone."""
+        while not self.gone:
+            try:
+                return self._lines.get(timeout=_WATCH_S) == "start\n"
+            except queue.Empty:
+                continue
+        return False
+
+
+class _Output:
+    """A stream of the noise into a sound device."""
+
+    def __init__(self, settings: PlayerSettings) -> None:
+        self.device: OutputDevice = find_device(settings.device, list_devices())
+        self._playback = Playback(_loop(settings), round(RAMP_S * settings.sample_rate_hz))
+        self._underruns: deque[float] = deque()
+        self._called_s = time.monotonic()
+        self._stream = self._open(settings)
+        self._buffered_frames = self._stream.latency * settings.sample_rate_hz
+
+    def _open(self, settings: PlayerSettings) -> Any:  # sounddevice has no types
+        import sounddevice
+
+        try:
+            return sounddevice.OutputStream(
+                device=self.device.index,
+                samplerate=settings.sample_rate_hz,
+                channels=min(2, self.device.channels),
+                dtype="float32",
+                blocksize=_BLOCK_FRAMES,
+                latency=_LATENCY_S,
+                callback=self._fill,
+            )
+        except sounddevice.PortAudioError as error:
+            raise _refused(self.device, error) from error
+
+    def start(self) -> None:
+        import sounddevice
+
+        self._called_s = time.monotonic()
+        try:
+            self._stream.start()
+        except sounddevice.PortAudioError as error:
+            raise _refused(self.device, error) from error
+
+    def _fill(self, block: "NDArray[np.float32]", _frames: int, _time: object, status: Any) -> None:
+        self._called_s = time.monotonic()
+        if status.output_underflow:
+            self._underruns.append(self._called_s)
+        self._playback.fill(block)
+
+    @property
+    def flowing(self) -> bool:
+        """Whether the device took more than fits into its buffer, so that it is playing."""
+        return bool(self._playback.frames > self._buffered_frames + 2 * _BLOCK_FRAMES)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the stream ended by itself."""
+        return not self._stream.active
+
+    @property
+    def idle_s(self) -> float:
+        """Seconds since the device last asked for sound."""
+        return time.monotonic() - self._called_s
+
+    def new_underruns(self) -> list[float]:
+        """Return the times of the underruns since the last call."""
+        return [self._underruns.popleft() for _ in range(len(self._underruns))]
+
+    def ramp_out(self) -> None:
+        """Fade, and wait until the device has played what it took; but not for ever."""
+        self._playback.stop()
+        deadline_s = time.monotonic() + _RAMP_OUT_DEADLINE_S
+        while not self._playback.ended and time.monotonic() < deadline_s:
+            time.sleep(0.01)
+        time.sleep(max(0.0, min(self._stream.latency, deadline_s - time.monotonic())))
+
+
+def _loop(settings: PlayerSettings) -> "NDArray[np.float32]":
+    import numpy as np
+
+    return pink_noise(
+        np.random.default_rng(settings.seed),
+        settings.level_dbfs,
+        length_s=settings.loop_s,
+        sample_rate_hz=settings.sample_rate_hz,
+    )
+
+
+def _refused(device: OutputDevice, error: Exception) -> DeviceError:
+    return DeviceError(
+        f"the sound device refuses the noise: {error}",
+        where=str(device),
+        do="choose a sample rate that it plays, and see whether another program holds it",
+    )
+
+
+def _tell(message: str, **content: object) -> None:
+    line = json.dumps({"message": message, **content}) + "\n"
+    # Nobody left to tell? _Runner.gone sees it, and the noise fades.
+    with contextlib.suppress(BrokenPipeError):
+        os.write(sys.stdout.fileno(), line.encode())
+
+
+if __name__ == "__main__":
+    main()
