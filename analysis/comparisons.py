@@ -1,0 +1,159 @@
+"""The planned comparisons: two levels of a factor, within participants, at each level of another factor."""
+
+import dataclasses
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from analysis.design import Condition, Design, conditions
+from analysis.intervals import Interval, t_interval
+from analysis.paired import PairedT, SignFlip, holm, paired_t_test, sign_flip_test
+from analysis.rates import ParticipantRate, marginal_rates
+from autd_trials.protocol.schema import Comparison, Level
+
+DIFFERENCE_INTERVAL = "95 % t interval over participants' paired differences"
+
+
+@dataclass(frozen=True)
+class ComparisonResult:
+    """One planned comparison at one level of the other factor.
+
+    Attributes
+    ----------
+    factor, first, second
+        What was compared.
+    at
+        The level of the other factor; empty if the comparison is over all trials.
+    differences
+        Participant and difference of the rates, first minus second; participants who lack a rate are missing.
+    mean, sd
+        Mean and standard deviation (n - 1) of the differences; None where undefined.
+    interval
+        t interval of the mean; None with fewer than two participants or if all differences are equal.
+    sign_flip, paired_t
+        The two tests, two-sided; None where one cannot be made.
+    sign_flip_holm, paired_t_holm
+        Their p after Holm's adjustment over all planned comparisons that could be tested that way.
+    sign_flip_tests, paired_t_tests
+        How many tests these adjustments were for.
+    notes
+        What could not be done, and why.
+    """
+
+    factor: str
+    first: Level
+    second: Level
+    at: Condition
+    differences: tuple[tuple[str, Fraction], ...]
+    mean: float | None
+    sd: float | None
+    interval: Interval | None
+    sign_flip: SignFlip | None
+    paired_t: PairedT | None
+    notes: tuple[str, ...]
+    sign_flip_holm: float | None = None
+    paired_t_holm: float | None = None
+    sign_flip_tests: int = 0
+    paired_t_tests: int = 0
+
+    @property
+    def participants(self) -> int:
+        """Number of participants with both rates."""
+        return len(self.differences)
+
+
+def planned_comparisons(rates: Sequence[ParticipantRate], design: Design) -> tuple[ComparisonResult, ...]:
+    """Make all comparisons that the protocol planned.
+
+    Parameters
+    ----------
+    rates
+        Detection rates in the single cells of the design.
+    design
+        The study's factors and comparisons.
+
+    Returns
+    -------
+    tuple of ComparisonResult
+        In the protocol's order, adjusted by Holm's method over all of them, for each kind of test by itself.
+    """
+    results = [
+        _compare(rates, design, comparison, at)
+        for comparison in design.comparisons
+        for at in conditions([design.factor(comparison.at_each)] if comparison.at_each else [])
+    ]
+    sign_flip_p = [result.sign_flip.p if result.sign_flip else None for result in results]
+    paired_t_p = [result.paired_t.p if result.paired_t else None for result in results]
+    return tuple(
+        dataclasses.replace(
+            result,
+            sign_flip_holm=sign_flip_holm,
+            paired_t_holm=paired_t_holm,
+            sign_flip_tests=len(sign_flip_p) - sign_flip_p.count(None),
+            paired_t_tests=len(paired_t_p) - paired_t_p.count(None),
+        )
+        for result, sign_flip_holm, paired_t_holm in zip(
+            results, holm(sign_flip_p), holm(paired_t_p), strict=True
+        )
+    )
+
+
+def _compare(
+    rates: Sequence[ParticipantRate], design: Design, comparison: Comparison, at: Condition
+) -> ComparisonResult:
+    differences = _differences(rates, design, comparison, at)
+    values = [difference for _, difference in differences]
+    floats = [float(value) for value in values]
+    sign_flip, paired_t = sign_flip_test(values), paired_t_test(values)
+    lacking = sorted({rate.participant for rate in rates} - {participant for participant, _ in differences})
+    return ComparisonResult(
+        factor=comparison.factor,
+        first=comparison.first,
+        second=comparison.second,
+        at=at,
+        differences=differences,
+        mean=float(statistics.mean(values)) if values else None,
+        sd=statistics.stdev(floats) if len(floats) > 1 else None,
+        interval=t_interval(floats),
+        sign_flip=sign_flip,
+        paired_t=paired_t,
+        notes=tuple(_notes(values, lacking, sign_flip)),
+    )
+
+
+def _differences(
+    rates: Sequence[ParticipantRate], design: Design, comparison: Comparison, at: Condition
+) -> tuple[tuple[str, Fraction], ...]:
+    """Return each participant's rate at the first level minus that at the second, where both are known."""
+    kept = [factor for factor in design.factors if factor.name in (comparison.factor, comparison.at_each)]
+    marginal = {
+        (rate.participant, frozenset(rate.condition)): rate.rate for rate in marginal_rates(rates, kept)
+    }
+
+    def rate_at(participant: str, level: Level) -> Fraction | None:
+        return marginal[participant, frozenset({(comparison.factor, level), *at})]
+
+    pairs = (
+        (participant, rate_at(participant, comparison.first), rate_at(participant, comparison.second))
+        for participant in dict.fromkeys(rate.participant for rate in rates)
+    )
+    return tuple(
+        (participant, first - second)
+        for participant, first, second in pairs
+        if first is not None and second is not None
+    )
+
+
+def _notes(values: Sequence[Fraction], lacking: Sequence[str], sign_flip: SignFlip | None) -> list[str]:
+    notes = []
+    if lacking:
+        notes.append(f"without a rate in both conditions: {', '.join(f'sub-{label}' for label in lacking)}")
+    if len(values) < 2:
+        notes.append(f"not testable with {len(values)} participant(s)")
+        return notes
+    if len(set(values)) == 1:
+        notes.append("all differences are equal, so the t test and the t interval are not defined")
+    if sign_flip is None:
+        notes.append("the differences take too many distinct sums for the exact sign-flip test")
+    return notes

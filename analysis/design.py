@@ -1,0 +1,157 @@
+"""What was varied in a study and what was planned to be compared, from its sessions' protocols."""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from analysis.sessions import LoggedSession
+from autd_trials.errors import UsageError
+from autd_trials.protocol.schema import Comparison, Factor, Level, Protocol
+
+Condition = tuple[tuple[str, Level], ...]
+"""Factors and the level that each has, in the study's order of factors."""
+
+
+@dataclass(frozen=True)
+class StudyFactor:
+    """A factor as the analysis sees it.
+
+    Attributes
+    ----------
+    name
+        Its name, with the unit: ``modulation_hz``.
+    levels
+        Its levels in the order in which they are reported.
+    describe
+        A sentence per level, where the protocol has one.
+    within_block
+        Whether it varies within a block (then catch trials do not have it) or between blocks.
+    """
+
+    name: str
+    levels: tuple[Level, ...]
+    describe: dict[str, str]
+    within_block: bool
+
+    def parse(self, text: str) -> Level | None:
+        """Return the level that a table's cell means; None if it is none of the factor's."""
+        for level in self.levels:
+            if text == str(level) or (not isinstance(level, str) and _is_number(text, level)):
+                return level
+        return None
+
+
+@dataclass(frozen=True)
+class Design:
+    """A study's factors, those within blocks first, and its planned comparisons."""
+
+    protocol: str
+    factors: tuple[StudyFactor, ...]
+    comparisons: tuple[Comparison, ...]
+
+    @property
+    def between_blocks(self) -> tuple[StudyFactor, ...]:
+        """The factors that catch trials have too."""
+        return tuple(factor for factor in self.factors if not factor.within_block)
+
+    def factor(self, name: str) -> StudyFactor:
+        """Return the factor of that name; raises KeyError."""
+        return {factor.name: factor for factor in self.factors}[name]
+
+
+def conditions(factors: Sequence[StudyFactor]) -> tuple[Condition, ...]:
+    """Return all combinations of the factors' levels, in order; one empty condition without factors."""
+    axes = [[(factor.name, level) for level in factor.levels] for factor in factors]
+    return tuple(itertools.product(*axes))
+
+
+def describe_condition(condition: Condition) -> str:
+    """Return a condition in words, as in ``modulation_hz 25, clothing inner``."""
+    return ", ".join(f"{name} {format_level(level)}" for name, level in condition) or "all trials"
+
+
+def format_level(level: float | str) -> str:
+    """Return a level as people write it: 25, not 25.0."""
+    return level if isinstance(level, str) else f"{level:.12g}"
+
+
+def study_design(sessions: Sequence[LoggedSession]) -> Design:
+    """Return the design of a study.
+
+    The newest session's protocol gives the comparisons and the order of the levels; levels that only older
+    sessions had come after them.
+
+    Parameters
+    ----------
+    sessions
+        The study's sessions, at least one.
+
+    Raises
+    ------
+    UsageError
+        The sessions were not recorded with the same factors, or a comparison names what is not there.
+    """
+    newest_first = sorted(sessions, key=lambda session: (session.start.utc, session.name), reverse=True)
+    newest = newest_first[0].start.protocol
+    _require_same_factors(newest_first)
+    factors = tuple(_study_factor(name, newest_first) for name in _factors(newest))
+    design = Design(newest.name, factors, newest.comparisons)
+    for comparison in design.comparisons:
+        _require_known(comparison, design, where=str(newest_first[0].log))
+    return design
+
+
+def _is_number(text: str, number: float) -> bool:
+    try:
+        return float(text) == number
+    except ValueError:
+        return False
+
+
+def _factors(protocol: Protocol) -> dict[str, Factor]:
+    return protocol.factors.within_block | protocol.factors.between_blocks
+
+
+def _study_factor(name: str, newest_first: Sequence[LoggedSession]) -> StudyFactor:
+    within_block = name in newest_first[0].start.protocol.factors.within_block
+    versions = [_factors(session.start.protocol)[name] for session in newest_first]
+    describe: dict[str, str] = {}
+    for version in reversed(versions):
+        describe |= version.describe
+    levels = dict.fromkeys(level for version in versions for level in version.levels)
+    return StudyFactor(name, tuple(levels), describe, within_block)
+
+
+def _require_same_factors(newest_first: Sequence[LoggedSession]) -> None:
+    newest = newest_first[0]
+    for other in newest_first[1:]:
+        if _shape(other.start.protocol) != _shape(newest.start.protocol):
+            raise UsageError(
+                "the sessions were recorded with protocols of different factors:\n"
+                f"  {_shape(newest.start.protocol)} in {newest.log}\n"
+                f"  {_shape(other.start.protocol)} in {other.log}",
+                do="keep sessions of different protocols in different study folders and analyse each",
+            )
+
+
+def _shape(protocol: Protocol) -> str:
+    within, between = (
+        ", ".join(sorted(names)) or "none"
+        for names in (protocol.factors.within_block, protocol.factors.between_blocks)
+    )
+    return f"within blocks: {within}; between blocks: {between}"
+
+
+def _require_known(comparison: Comparison, design: Design, *, where: str) -> None:
+    levels = {factor.name: factor.levels for factor in design.factors}
+    unknown = [name for name in (comparison.factor, comparison.at_each) if name not in {None, *levels}] or [
+        f"{comparison.factor} {format_level(level)}"
+        for level in (comparison.first, comparison.second)
+        if level not in levels[comparison.factor]
+    ]
+    if unknown:
+        raise UsageError(
+            f"a planned comparison names {' and '.join(map(str, unknown))}, which the protocol does not have",
+            where=where,
+            do="restore the log as it was recorded",
+        )

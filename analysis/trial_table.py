@@ -1,0 +1,176 @@
+"""Reading one trial table (``*_events.tsv``), strictly: what is not understood is refused with its line."""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.design import StudyFactor
+from autd_trials.errors import UsageError
+from autd_trials.protocol.schema import Level
+
+TABLE_SUFFIX = "_events.tsv"
+MISSING = "n/a"
+
+_NAME = re.compile(r"(?P<sub>sub-(?P<participant>[A-Za-z0-9]+))_(?P<ses>ses-(?P<session>[A-Za-z0-9]+))_.+")
+_REQUIRED = ("trial_type", "trial", "block", "trial_status", "response")
+_ANSWERS = {"felt": True, "not_felt": False, MISSING: None}
+
+
+@dataclass(frozen=True)
+class TrialRow:
+    """One attempt at one trial; `felt` and `response_time_s` are None where there is no answer or press."""
+
+    participant: str
+    session: str
+    block: int
+    trial: int
+    attempt: int
+    trial_type: str
+    trial_status: str
+    felt: bool | None
+    response_time_s: float | None
+    levels: Mapping[str, Level | None]
+
+    @property
+    def used(self) -> bool:
+        """Whether the analysis counts it: complete and answered."""
+        return self.trial_status == "complete" and self.felt is not None
+
+
+def read_trial_table(table: Path, factors: Sequence[StudyFactor]) -> tuple[TrialRow, ...]:
+    """Read a trial table.
+
+    Parameters
+    ----------
+    table
+        The file; its name gives participant and session.
+    factors
+        The study's factors, each a column of the table.
+
+    Returns
+    -------
+    tuple of TrialRow
+        In the file's order.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read or is not such a table, or trials are complete in it more than once.
+    """
+    participant, session = _entities(table)
+    rows: list[TrialRow] = []
+    completed: dict[int, int] = {}
+    for line, cells in _records(table, [*_REQUIRED, *(factor.name for factor in factors)]):
+        cell = _Cells(cells, where=f"{table}:{line}")
+        row = _trial_row(cell, factors, participant, session)
+        if row.trial_status == "complete" and row.trial in completed:
+            raise UsageError(
+                f"trial {row.trial} is complete twice, here and in line {completed[row.trial]}",
+                where=f"{table}:{line}",
+                do="make the table again from the raw log: autd-trials export STUDY",
+            )
+        if row.trial_status == "complete":
+            completed[row.trial] = line
+        rows.append(row)
+    return tuple(rows)
+
+
+def _entities(table: Path) -> tuple[str, str]:
+    """Return participant and session of a table, which folder and file name must agree on."""
+    match = _NAME.fullmatch(table.name.removesuffix(TABLE_SUFFIX))
+    if match is None or (match["sub"], match["ses"]) != (table.parts[-4], table.parts[-3]):
+        raise UsageError(
+            "the file's name does not fit its folder",
+            where=str(table),
+            do="name it sub-XX/ses-YY/beh/sub-XX_ses-YY_task-NAME_run-N_events.tsv",
+        )
+    return match["participant"], match["session"]
+
+
+def _records(table: Path, required: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
+    """Return line number and cells by column of every row."""
+    try:
+        lines = table.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"cannot be read: {error}", where=str(table)) from error
+    header = lines[0].split("\t") if lines else []
+    lacking = [column for column in required if column not in header]
+    if lacking:
+        raise UsageError(
+            f"the trial table lacks the column(s) {', '.join(lacking)}",
+            where=f"{table}:1",
+            do="make the table again from the raw log: autd-trials export STUDY",
+        )
+    records = []
+    for line, text in enumerate(lines[1:], start=2):
+        cells = text.split("\t")
+        if len(cells) != len(header):
+            raise UsageError(f"{len(cells)} cells under {len(header)} column names", where=f"{table}:{line}")
+        records.append((line, dict(zip(header, cells, strict=True))))
+    return records
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """The cells of one row, read with messages that name the row's place."""
+
+    cells: Mapping[str, str]
+    where: str
+
+    def integer(self, column: str, *, default: int | None = None) -> int:
+        text = self.cells.get(column, MISSING)
+        if text == MISSING and default is not None:
+            return default
+        if not re.fullmatch(r"[0-9]{1,9}", text):
+            raise self._error(column, "a whole number")
+        return int(text)
+
+    def number(self, column: str) -> float | None:
+        text = self.cells.get(column, MISSING)
+        if text == MISSING:
+            return None
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self._error(column, "a number or n/a")
+        return value
+
+    def word(self, column: str, *allowed: str) -> str:
+        text = self.cells[column]
+        if text not in allowed:
+            raise self._error(column, " or ".join(allowed))
+        return text
+
+    def level(self, factor: StudyFactor) -> Level:
+        level = factor.parse(self.cells[factor.name])
+        if level is None:
+            raise self._error(factor.name, "a level of the protocol: " + ", ".join(map(str, factor.levels)))
+        return level
+
+    def _error(self, column: str, expected: str) -> UsageError:
+        text = self.cells.get(column, MISSING)
+        return UsageError(f"{column} is {text!r}, expected {expected}", where=self.where)
+
+
+def _trial_row(cell: _Cells, factors: Sequence[StudyFactor], participant: str, session: str) -> TrialRow:
+    trial_type = cell.word("trial_type", "stimulus", "catch")
+    return TrialRow(
+        participant=participant,
+        session=session,
+        block=cell.integer("block"),
+        trial=cell.integer("trial"),
+        attempt=cell.integer("attempt", default=1),
+        trial_type=trial_type,
+        trial_status=cell.word("trial_status", "complete", "interrupted"),
+        felt=_ANSWERS[cell.word("response", *_ANSWERS)],
+        response_time_s=cell.number("response_time"),
+        levels={
+            # A catch trial has no stimulus, so it has no level of what varies from stimulus to stimulus.
+            factor.name: None if trial_type == "catch" and factor.within_block else cell.level(factor)
+            for factor in factors
+        },
+    )

@@ -1,0 +1,147 @@
+"""A study's trial tables as one tidy data frame, with everything odd about them reported."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.checks import session_warnings, trial_warnings
+from analysis.design import Design, study_design
+from analysis.sessions import LoggedSession, read_sessions
+from analysis.trial_table import TABLE_SUFFIX, TrialRow, read_trial_table
+from autd_trials.errors import UsageError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """The trials of a study.
+
+    Attributes
+    ----------
+    design
+        Factors and planned comparisons.
+    table
+        One row per attempt at a trial: participant, session, block, trial, attempt, trial_type (stimulus or
+        catch), trial_status (complete or interrupted), felt (True, False or missing), response_time_s, `used`
+        (whether the analysis counts the row: complete and answered), and one column per factor (None where a
+        catch trial does not have it).
+    simulated
+        Whether any session was made by a simulated participant.
+    warnings
+        What a reader of the results should know about the data; nothing is left out in silence.
+    inputs
+        The files that were read: trial tables, then logs.
+    """
+
+    design: Design
+    table: "pd.DataFrame"
+    simulated: bool
+    warnings: tuple[str, ...]
+    inputs: tuple[Path, ...]
+
+    @property
+    def participants(self) -> tuple[str, ...]:
+        """The participants' labels, in order."""
+        return tuple(sorted(set(self.table["participant"])))
+
+    @property
+    def sessions(self) -> int:
+        """The number of sessions that have trials."""
+        return len(self.table[["participant", "session"]].drop_duplicates())
+
+
+def read_trials(study: Path) -> Trials:
+    """Read all trials of a study.
+
+    Parameters
+    ----------
+    study
+        The study's folder (BIDS): trial tables in ``sub-*/ses-*/beh/*_events.tsv``, raw logs in
+        ``sourcedata/sub-*/ses-*/*_log.jsonl``.
+
+    Returns
+    -------
+    Trials
+        The trials and what is odd about them.
+
+    Raises
+    ------
+    UsageError
+        There is nothing to analyse; a file is damaged; trials are there twice; or the sessions were recorded
+        with protocols of different factors.
+    """
+    tables = _find_tables(study)
+    sessions, never_begun = _find_sessions(study)
+    design = study_design(sessions)
+    rows = {table: read_trial_table(table, design.factors) for table in tables}
+    if not any(row.used for its_rows in rows.values() for row in its_rows):
+        raise UsageError(
+            "the study has no complete trial", where=str(study), do="record a session first: run-protocol"
+        )
+    return Trials(
+        design=design,
+        table=_data_frame((row for its_rows in rows.values() for row in its_rows), design),
+        simulated=any(session.start.simulated for session in sessions),
+        warnings=(
+            *session_warnings(sessions, never_begun, tables),
+            *trial_warnings(sessions, rows, design),
+        ),
+        inputs=(*tables, *(session.log for session in sessions)),
+    )
+
+
+def _find_tables(study: Path) -> tuple[Path, ...]:
+    if not study.is_dir():
+        raise UsageError(
+            "there is no such folder", where=str(study), do="give a study's folder: DATA/PROTOCOL"
+        )
+    tables = sorted(study.glob(f"sub-*/ses-*/beh/*{TABLE_SUFFIX}"))
+    if not tables:
+        inside = sorted(folder.parent.name for folder in study.glob("*/sourcedata"))
+        raise UsageError(
+            "no trial tables (sub-*/ses-*/beh/*_events.tsv) are in this folder",
+            where=str(study),
+            do=f"give one of the studies in it: {', '.join(inside)}"
+            if inside
+            else "record a session (run-protocol), or make the tables from the logs (autd-trials export)",
+        )
+    return tuple(tables)
+
+
+def _find_sessions(study: Path) -> tuple[tuple[LoggedSession, ...], tuple[Path, ...]]:
+    sessions, never_begun = read_sessions(study)
+    if not sessions:
+        raise UsageError(
+            "no raw logs (sourcedata/sub-*/ses-*/*_log.jsonl) are in this study, so its factors, its planned "
+            "comparisons and whether it is simulated are not known",
+            where=str(study),
+            do="put the logs back where the runner wrote them",
+        )
+    return sessions, never_begun
+
+
+def _data_frame(rows: Iterable[TrialRow], design: Design) -> "pd.DataFrame":
+    import pandas as pd
+
+    records = [
+        {
+            "participant": row.participant,
+            "session": row.session,
+            "block": row.block,
+            "trial": row.trial,
+            "attempt": row.attempt,
+            "trial_type": row.trial_type,
+            "trial_status": row.trial_status,
+            "felt": row.felt,
+            "response_time_s": row.response_time_s,
+            "used": row.used,
+        }
+        | dict(row.levels)
+        for row in rows
+    ]
+    frame = pd.DataFrame.from_records(records)
+    frame = frame.astype({"felt": "boolean", "response_time_s": "float64"})
+    return frame.astype(dict.fromkeys((factor.name for factor in design.factors), "object"))
