@@ -43,18 +43,21 @@ class Responder(Protocol):
     """A source of presses."""
 
     def open(self) -> ResponderInfo:
-        """Make the device ready; raises DeviceError. May be called again after `close` (the device came back)."""
+        """Make the device ready; raises DeviceError. May be called again after `close`: the device came back.
+
+        Presses from before are forgotten.
+        """
 
     def present(self, presentation: Presentation) -> None:
         """Say what is presented and when (onset may lie ahead)."""
 
     def read(self, until_s: float) -> list[Press]:
-        """Wait until the clock shows `until_s` or a press is there; return the presses that came, oldest first.
+        """Return the presses that came since, oldest first; wait for one until the clock shows `until_s`.
 
         Raises
         ------
         DeviceError
-            The device was lost.
+            The device is not open, or was lost and every press from before was returned.
         """
 
     def close(self) -> None:
