@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 LONGEST_LINE_BYTES = 256
 """A longer line is no press; it is counted as garbage without being kept."""
 
-XID_BUTTONS = 8
+_BYTE = r"^([!-~]|0x[0-9a-fA-F]{2})$"
 
 
 @dataclass(frozen=True)
@@ -36,38 +36,36 @@ class _Protocol(BaseModel):
     message_bytes: ClassVar[int]
     """Typical length of a message, for the time it takes on the line."""
 
-    baud: int = Field(115200, ge=300, le=4_000_000, description="Speed of the line in bits per second.")
-
 
 class LineProtocol(_Protocol):
     """One line a press, ended by CR, LF or both; an Arduino that prints ``B1 12345``, say.
 
-    `pattern` must match the whole line. Its group ``button`` names the button; its group ``ms``, if it has
-    one, is the box's time in ms.
+    `press` must match the whole line. Its group ``button`` names the button; its group ``ms`` or ``us``, if it
+    has one, is the box's own time.
     """
 
     message_bytes: ClassVar[int] = 16
 
     kind: Literal["line"] = "line"
-    pattern: str = Field(
+    press: str = Field(
         r"(?P<button>B\d+)( +(?P<ms>\d+))?",
-        description="Regular expression with a group button, and ms if sent.",
+        description="Regular expression of a press; group 'button', and 'ms' or 'us' for its own time.",
     )
 
-    @field_validator("pattern")
+    @field_validator("press")
     @classmethod
-    def _names_a_button(cls, pattern: str) -> str:
+    def _names_a_button(cls, press: str) -> str:
         try:
-            groups = re.compile(pattern, re.ASCII).groupindex
+            groups = re.compile(press, re.ASCII).groupindex
         except re.error as error:
             raise ValueError(f"no regular expression: {error}") from error
         if "button" not in groups:
-            raise ValueError("the pattern needs a group (?P<button>...)")
-        return pattern
+            raise ValueError("the expression needs a group (?P<button>...)")
+        return press
 
     def parser(self) -> Parser:
         """Return a parser at the start of a stream."""
-        return _LineParser(re.compile(self.pattern, re.ASCII))
+        return _LineParser(re.compile(self.press, re.ASCII))
 
 
 class SingleByteProtocol(_Protocol):
@@ -76,13 +74,13 @@ class SingleByteProtocol(_Protocol):
     message_bytes: ClassVar[int] = 1
 
     kind: Literal["single_byte"] = "single_byte"
-    buttons: dict[Annotated[int, Field(ge=0, le=255)], str] = Field(
-        min_length=1, description="The button that each byte value stands for."
+    buttons: dict[Annotated[str, Field(pattern=_BYTE)], Annotated[str, Field(min_length=1)]] = Field(
+        min_length=1, description="Byte (one character, or 0x41) to button name."
     )
 
     def parser(self) -> Parser:
         """Return a parser at the start of a stream."""
-        return _SingleByteParser(self.buttons)
+        return _SingleByteParser({_byte_value(byte): button for byte, button in self.buttons.items()})
 
 
 class XidProtocol(_Protocol):
@@ -145,13 +143,22 @@ class _LineParser:
 
 def _report(match: re.Match[str]) -> Report | None:
     groups = match.groupdict()
-    button, ms = groups["button"], groups.get("ms")
-    if not button:
+    if not groups["button"]:
         return None
     try:
-        return Report(button, None if ms is None else float(ms) / 1000)
-    except ValueError:  # the rig's pattern lets something through that is no number
+        return Report(groups["button"], _device_time_s(groups.get("ms"), groups.get("us")))
+    except ValueError:  # the rig's expression lets something through that is no number
         return None
+
+
+def _device_time_s(ms: str | None, us: str | None) -> float | None:
+    if us is not None:
+        return float(us) / 1e6
+    return None if ms is None else float(ms) / 1e3
+
+
+def _byte_value(byte: str) -> int:
+    return int(byte, 16) if len(byte) > 1 else ord(byte)
 
 
 class _SingleByteParser:
@@ -186,7 +193,7 @@ class _XidParser:
                 continue
             start += self._PACKET_BYTES
             if packet[1] & self._PRESSED:
-                button = packet[1] >> 5 or XID_BUTTONS
+                button = packet[1] >> 5 or 8
                 reports.append(Report(str(button), int.from_bytes(packet[2:], "little") / 1000))
         del self._pending[:start]
         return reports
