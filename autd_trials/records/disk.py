@@ -1,0 +1,18 @@
+"""Text files that are either old or new, never half."""
+
+import os
+from pathlib import Path
+
+from autd_trials.host import sync_folder
+
+
+def replace_text(path: Path, text: str) -> None:
+    """Write a text file so that a reader finds the old one or the new one, also after a crash."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    half = path.with_name(f".{path.name}.part")
+    with half.open("wb") as file:
+        file.write(text.encode("utf-8"))
+        file.flush()
+        os.fsync(file.fileno())
+    half.replace(path)
+    sync_folder(path.parent)

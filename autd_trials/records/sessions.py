@@ -1,0 +1,170 @@
+"""The sessions of a study: listing and finding them, and a place and a number for the next one."""
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from autd_trials.errors import UsageError
+from autd_trials.host import FileHeldError, HeldFile
+from autd_trials.records.layout import SessionPaths, log_paths, refuse_other_case, source_folder
+from autd_trials.records.log import LogContents, has_begun, read_log, read_start
+from autd_trials.records.progress import Progress, progress_of
+
+
+@dataclass(frozen=True)
+class StudySession:
+    """A recorded session: where its files lie and what its log says."""
+
+    paths: SessionPaths
+    log: LogContents
+
+    @cached_property
+    def progress(self) -> Progress:
+        """Where the session stands."""
+        return progress_of(self.log)
+
+
+@dataclass(frozen=True)
+class NewSession:
+    """A session about to begin: where its files will lie, and its participant's place in the roster."""
+
+    paths: SessionPaths
+    place: int
+
+
+def study_sessions(study: Path) -> list[StudySession]:
+    """Return the sessions of a study, sorted by participant and session; those that never began are left out.
+
+    Raises
+    ------
+    UsageError
+        A log cannot be read, or lies where it does not belong.
+    """
+    sessions = [_read(study, path) for path in log_paths(study) if has_begun(path)]
+    return sorted(sessions, key=lambda session: (session.paths.participant, session.paths.session))
+
+
+def never_begun(study: Path) -> list[Path]:
+    """Return the logs, sorted, of sessions that were cut short before their first event was on the disk."""
+    return [path for path in log_paths(study) if not has_begun(path)]
+
+
+def find_session(study: Path, participant: str | None = None, session: str | None = None) -> StudySession:
+    """Return the session to go on with: the one named, else the only interrupted one.
+
+    Raises
+    ------
+    UsageError
+        There is none, or there are several; the message lists what there is.
+    """
+    named = [
+        found
+        for found in study_sessions(study)
+        if participant in (None, found.paths.participant) and session in (None, found.paths.session)
+    ]
+    wanted = named if session is not None else [found for found in named if not found.progress.finished]
+    if len(wanted) == 1:
+        return wanted[0]
+    listing = "".join(f"\n  {_describe(found)}" for found in named)
+    raise UsageError(
+        f"{'several sessions' if wanted else 'no session'} to go on with{':' if listing else ''}{listing}",
+        where=str(study),
+        do="name one with --participant and --session" if named else "start one without --resume",
+    )
+
+
+@contextmanager
+def study_lock(study: Path) -> Iterator[None]:
+    """Keep other runs from beginning a session of this study.
+
+    To be held from `new_session` until the session's start is in its log; only then does the log say which
+    place is taken.
+
+    Raises
+    ------
+    UsageError
+        Another run is just beginning one.
+    """
+    path = source_folder(study) / ".lock"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        held = HeldFile(path)
+    except FileHeldError as error:
+        raise UsageError(
+            f"another run (process {error.pid}) is just beginning a session of this study",
+            where=str(study),
+            do="try again when it has begun",
+        ) from error
+    try:
+        yield
+    finally:
+        held.release()
+
+
+def new_session(study: Path, task: str, participant: str, session: str | None = None) -> NewSession:
+    """Return where a new session's files go and the participant's place.
+
+    Raises
+    ------
+    UsageError
+        An id is not a BIDS label, differs only in case from another, or the session has been recorded.
+    """
+    paths = SessionPaths(study, participant, session or next_session(study, participant), task)
+    refuse_other_case(study, participant, paths.session)
+    if paths.log.exists():
+        raise UsageError(
+            f"session {paths.session} of participant {participant} has been recorded already",
+            where=str(paths.log),
+            do="choose another session id, or go on with this one with --resume",
+        )
+    return NewSession(paths, place_of(study, participant))
+
+
+def next_participant(study: Path) -> str:
+    """Return the first free participant number of a study, as in ``01``; numbers are not used twice."""
+    return _next_number(path.parent.parent.name for path in log_paths(study))
+
+
+def next_session(study: Path, participant: str) -> str:
+    """Return the first free session number of a participant, as in ``01``; numbers are not used twice."""
+    folder = f"sub-{participant}"
+    return _next_number(path.parent.name for path in log_paths(study) if path.parent.parent.name == folder)
+
+
+def place_of(study: Path, participant: str) -> int:
+    """Return a participant's place in the roster, from 1: the one they have, else the next that is free.
+
+    Raises
+    ------
+    UsageError
+        A log cannot be read; its participant's place might be given a second time.
+    """
+    starts = [read_start(path) for path in log_paths(study) if has_begun(path)]
+    places = {start.participant: start.plan.place for start in starts}
+    return places.get(participant, max(places.values(), default=0) + 1)
+
+
+def _read(study: Path, path: Path) -> StudySession:
+    log = read_log(path)
+    start = log.start
+    paths = SessionPaths(study, start.participant, start.session, start.protocol.task)
+    if paths.log != path:
+        raise UsageError(
+            f"the log of {paths.log.name} lies where it does not belong",
+            where=str(path),
+            do=f"move it back to {paths.log}",
+        )
+    return StudySession(paths, log)
+
+
+def _next_number(folders: Iterable[str]) -> str:
+    labels = [folder.partition("-")[2] for folder in folders]
+    return f"{max((int(label) for label in labels if label.isdecimal()), default=0) + 1:02d}"
+
+
+def _describe(found: StudySession) -> str:
+    progress = found.progress
+    done = f"{len(progress.complete)} of {len(found.log.start.plan.trials)} trials"
+    return f"participant {found.paths.participant}, session {found.paths.session}: {progress.status}, {done}"

@@ -1,0 +1,207 @@
+"""The table of trials of a session (``_events.tsv``): one row for every attempt at a trial."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from autd_trials.errors import UsageError
+from autd_trials.protocol.plan import PlannedTrial
+from autd_trials.protocol.schema import Factor, Level, Protocol, StimulusSpec
+from autd_trials.records.log import LogContents
+from autd_trials.records.table import Column, Value, cell, to_us
+from autd_trials.session.events import Event, ResponseMade, StimulusStart, TrialEnd, TrialStart
+
+_LEADING = (
+    Column(
+        "onset",
+        "Onset of the stimulus (of the silent interval in a catch trial), timed by the array and counted from "
+        "the session's start. A trial interrupted before its stimulus was started has the time at which it "
+        "began.",
+        units="s",
+    ),
+    Column(
+        "duration",
+        "Commanded length of the burst; 0 where nothing was emitted. Where a trial was interrupted within "
+        "its burst, the time until it was surely cut off.",
+        units="s",
+    ),
+    Column(
+        "trial_type",
+        "Whether there was something to feel.",
+        levels={
+            "stimulus": "A focus was presented.",
+            "catch": "Everything as ever, but nothing was emitted.",
+        },
+    ),
+    Column("trial", "Number of the trial in the session's plan, from 1; interrupted trials are run again."),
+    Column("block", "Number of the block in the session's plan, from 1."),
+    Column("attempt", "Which attempt at this trial the row is about, from 1."),
+    Column(
+        "trial_status",
+        "Whether the attempt counts.",
+        levels={
+            "complete": "Ran to the end of its response window.",
+            "interrupted": "Cut short by a fault, a crash or a person; does not count.",
+        },
+    ),
+)
+
+_TRAILING = (
+    Column(
+        "drive",
+        "Commanded peak pressure amplitude as a fraction of the array's largest; 0 in catch trials.",
+        units="1",
+    ),
+    Column(
+        "response",
+        "The answer; n/a for an interrupted attempt.",
+        levels={
+            "felt": "A press within the response window.",
+            "not_felt": "No press within the response window.",
+        },
+    ),
+    Column("response_time", "From the onset to the first press within the response window.", units="s"),
+    Column("onset_lateness", "Actual onset minus planned onset.", units="s"),
+    Column(
+        "start_margin",
+        "What was left between the moment at which the array had accepted the start command and the onset.",
+        units="s",
+    ),
+    Column("silent_before", "How long before the onset the array was last read back as silent.", units="s"),
+    Column(
+        "emitting_after", "How long after the onset the array was first read back as emitting.", units="s"
+    ),
+    Column("presses_before_onset", "Presses from the beginning of the trial to its onset."),
+    Column("presses_in_window", "Presses within the response window, repeated ones included."),
+    Column("presses_late", "Presses after the response window."),
+    Column(
+        "exposure_s",
+        "Commanded exposure: drive squared times duration, as counted against the session's budget.",
+        units="s",
+    ),
+    Column("underruns", "Gaps in the masking noise during the trial."),
+)
+
+_RESERVED = frozenset(
+    {column.name for column in (*_LEADING, *_TRAILING)} - {"drive"}
+    | {"value", "sample", "stim_file", "channel", "event_role", "participant", "session"}
+)
+"""Names with a meaning of their own here, in BIDS or in the analysis. As a factor `drive` means the same."""
+
+_UNITS = {"_hz": "Hz", "_s": "s", "_mm": "mm", "_db": "dB", "_pa": "Pa"}
+
+
+def trial_columns(protocols: Iterable[Protocol]) -> list[Column]:
+    """Return the columns of a study; the factors are those of all its protocols."""
+    factors: dict[str, Column] = {}
+    for protocol in protocols:
+        for name, factor, where in _factors(protocol):
+            column = _factor_column(name, factor, where)
+            known = factors.get(column.name)
+            levels = {**(known.levels if known else {}), **column.levels}
+            factors[column.name] = Column(column.name, column.description, column.units, levels)
+    return [*_LEADING, *(column for name, column in factors.items() if name != "drive"), *_TRAILING]
+
+
+def trial_rows(log: LogContents) -> list[dict[str, Value]]:
+    """Return a row for every attempt at a trial, in the order of their onsets.
+
+    Raises
+    ------
+    UsageError
+        The log speaks of a trial that its plan does not have.
+    """
+    plan = {trial.trial: trial for trial in log.start.plan.trials}
+    attempts: dict[tuple[int, int], _Attempt] = {}
+    for event in log.events:
+        if not isinstance(event, TrialStart | StimulusStart | ResponseMade | TrialEnd):
+            continue
+        if event.trial is None or event.attempt is None:
+            continue
+        if event.trial not in plan:
+            raise UsageError(f"trial {event.trial} is not in the session's plan", where=str(log.path))
+        key = (event.trial, event.attempt)
+        attempts.setdefault(key, _Attempt(plan[event.trial], event.attempt, event.t_s)).take(event)
+    rows = [attempt.row() for attempt in attempts.values()]
+    return sorted(rows, key=lambda row: (row["onset"], row["trial"], row["attempt"]))
+
+
+@dataclass
+class _Attempt:
+    """What is known of one attempt at a trial; any of its lines may be missing from a damaged log."""
+
+    planned: PlannedTrial
+    number: int
+    began_t_s: float
+    stimulus: StimulusStart | None = None
+    end: TrialEnd | None = None
+    presses: list[str] = field(default_factory=list)
+
+    def take(self, event: Event) -> None:
+        if isinstance(event, StimulusStart):
+            self.stimulus = event
+        elif isinstance(event, TrialEnd):
+            self.end = event
+        elif isinstance(event, ResponseMade):
+            self.presses.append(event.phase)
+
+    def row(self) -> dict[str, Value]:
+        stimulus, end = self.stimulus, self.end
+        complete = end is not None and end.status == "complete"
+        return {
+            "onset": to_us(stimulus.onset_t_s if stimulus else self.began_t_s),
+            "duration": to_us(self._duration_s()),
+            "trial_type": self.planned.trial_type,
+            "trial": self.planned.trial,
+            "block": self.planned.block,
+            "attempt": self.number,
+            "trial_status": "complete" if complete else "interrupted",
+            **{_column_name(name): level for name, level in self.planned.conditions.items()},
+            "drive": self.planned.stimulus.drive,
+            "response": end.response if end else None,
+            "response_time": to_us(end.response_time_s) if end else None,
+            "onset_lateness": to_us(stimulus.onset_t_s - stimulus.planned_onset_t_s) if stimulus else None,
+            "start_margin": to_us(stimulus.margin_s) if stimulus else None,
+            "silent_before": to_us(end.silent_before_s) if end else None,
+            "emitting_after": to_us(end.emitting_after_s) if end else None,
+            "presses_before_onset": self.presses.count("before_onset"),
+            "presses_in_window": self.presses.count("window"),
+            "presses_late": self.presses.count("late"),
+            "exposure_s": to_us(stimulus.exposure_s) if stimulus else 0.0,
+            "underruns": end.underruns if end else None,
+        }
+
+    def _duration_s(self) -> float:
+        if self.stimulus is None or self.stimulus.drive == 0:
+            return 0.0
+        if self.end is None or self.end.status == "complete":
+            return self.stimulus.duration_s
+        # The array is silenced before an interrupted trial's end is logged.
+        return min(self.stimulus.duration_s, max(0.0, self.end.t_s - self.stimulus.onset_t_s))
+
+
+def _factors(protocol: Protocol) -> Iterable[tuple[str, Factor, str]]:
+    for name, factor in protocol.factors.within_block.items():
+        yield name, factor, "varied from trial to trial"
+    for name, factor in protocol.factors.between_blocks.items():
+        yield name, factor, "varied from block to block"
+
+
+def _factor_column(name: str, factor: Factor, where: str) -> Column:
+    field_info = StimulusSpec.model_fields.get(name)
+    meaning = f" {field_info.description}" if field_info and field_info.description else ""
+    units = next((unit for suffix, unit in _UNITS.items() if name.endswith(suffix)), None)
+    numeric = all(isinstance(level, float) for level in factor.levels)
+    return Column(
+        _column_name(name),
+        f"Factor {name}, {where}; n/a where it does not apply.{meaning}",
+        units=units if numeric else None,
+        levels={} if numeric else _described_levels(factor.levels, factor.describe),
+    )
+
+
+def _described_levels(levels: tuple[Level, ...], describe: Mapping[str, str]) -> dict[str, str]:
+    return {cell(level): describe.get(str(level), str(level)) for level in levels}
+
+
+def _column_name(factor: str) -> str:
+    return f"factor_{factor}" if factor in _RESERVED else factor
