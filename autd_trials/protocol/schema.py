@@ -1,20 +1,29 @@
 """The protocol's schema: what a YAML protocol may say.
 
 Every quantity carries its unit in its key. Unknown keys are errors. The models are frozen: a protocol
-does not change after it was loaded.
+does not change after it was loaded. What single fields cannot say of each other is in `checks`.
 """
 
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import InitErrorDetails
+
+from autd_trials.protocol import checks, protocol_checks
 
 Waveform = Literal["sine", "square", "constant"]
 ForceLaw = Literal["amplitude", "pressure"]
-Level = float | str
-"""A factor's level: a number (of a stimulus quantity) or a word (a condition that a person arranges)."""
-
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
+Text = Annotated[str, Field(pattern=r"\S", max_length=10_000)]
+Word = Annotated[
+    str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.+-]*$", max_length=40), AfterValidator(checks.not_missing)
+]
+Level = float | Word
+"""A factor's level: a number (of a stimulus quantity) or a word (a condition that a person arranges)."""
+LevelSentences = dict[Annotated[str, Field(max_length=40)], Text]
+Coordinate = Annotated[float, Field(ge=-10_000, le=10_000)]
 
 
 class Model(BaseModel):
@@ -22,13 +31,23 @@ class Model(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
+    def faults(self) -> Iterator[InitErrorDetails]:
+        """Yield what is wrong between the fields, located at the field to be mended."""
+        yield from ()
+
+    @model_validator(mode="after")
+    def _refuse_faults(self) -> Self:
+        if faults := list(self.faults()):
+            raise ValidationError.from_exception_data(type(self).__name__, faults)
+        return self
+
 
 class Target(Model):
     """A point to focus on, in mm in the calibrated frame (unit 1's)."""
 
-    x_mm: float
-    y_mm: float
-    z_mm: float
+    x_mm: Coordinate = Field(description="To the right along unit 1, in mm.")
+    y_mm: Coordinate = Field(description="Up along unit 1, in mm.")
+    z_mm: Coordinate = Field(description="Away from unit 1, in mm.")
 
 
 class StimulusSpec(Model):
@@ -41,37 +60,71 @@ class StimulusSpec(Model):
     drive: Fraction = Field(1.0, description="Peak pressure amplitude as a fraction of the array's largest.")
     force_law: ForceLaw = Field(
         "amplitude",
-        description="What follows the waveform: the pressure amplitude, or the radiation pressure (its square).",
+        description="What follows the waveform: pressure amplitude, or radiation pressure (its square).",
     )
     ramp_s: float = Field(0.005, ge=0, le=1.0, description="Raised-cosine ramp at both ends in s.")
     target: Name = Field(description="Name of one of the protocol's targets.")
+
+    def faults(self) -> Iterator[InitErrorDetails]:
+        """Yield what is wrong between duration, ramps and modulation."""
+        yield from checks.stimulus_faults(self)
 
 
 class Factor(Model):
     """A factor and its levels, in the order in which they are reported."""
 
-    levels: tuple[Level, ...] = Field(min_length=1, description="The factor's levels.")
-    describe: dict[str, str] = Field(
-        default_factory=dict, description="A sentence per level, shown and recorded (what the participant wears, say)."
+    levels: tuple[Level, ...] = Field(
+        min_length=1, max_length=50, description="The factor's levels: all numbers or all words."
     )
+    describe: LevelSentences = Field(
+        default_factory=dict,
+        description="A sentence per level, shown and recorded (what the participant wears, say).",
+    )
+
+    def faults(self) -> Iterator[InitErrorDetails]:
+        """Yield levels given twice or of two kinds, and sentences about no level."""
+        yield from checks.factor_faults(self)
 
 
 class Factors(Model):
     """What is varied: within a block from trial to trial, between blocks from block to block."""
 
-    within_block: dict[Name, Factor] = Field(default_factory=dict)
-    between_blocks: dict[Name, Factor] = Field(default_factory=dict)
+    within_block: dict[Name, Factor] = Field(
+        default_factory=dict, description="Fields of the stimulus that change from trial to trial."
+    )
+    between_blocks: dict[Name, Factor] = Field(
+        default_factory=dict,
+        description="What changes from block to block: fields of the stimulus, or what a person arranges.",
+    )
+
+    def faults(self) -> Iterator[InitErrorDetails]:
+        """Yield factors that are both, that nothing would vary or that would clash with a table's column."""
+        yield from checks.factor_name_faults(
+            self.within_block, self.between_blocks, set(StimulusSpec.model_fields)
+        )
 
 
 class Order(Model):
     """In which order blocks and trials come."""
 
-    trials: Literal["shuffled", "fixed"] = "shuffled"
-    max_run_length: int | None = Field(None, ge=1, description="Longest run of one kind of trial in a row.")
-    max_run_of: Name | None = Field(
-        None, description="Which factor (or trial_type) the run length counts; the whole condition if absent."
+    trials: Literal["shuffled", "fixed"] = Field(
+        "shuffled", description="Shuffled anew in each block, or all kinds in turn as they are declared."
     )
-    blocks: Literal["balanced_latin_square", "shuffled", "fixed"] = "balanced_latin_square"
+    max_run_length: int | None = Field(
+        None, ge=1, le=1000, description="Longest run of one kind of trial in a row."
+    )
+    max_run_of: Name | None = Field(
+        None,
+        description="Which factor (or trial_type) the run length counts; the whole condition if absent.",
+    )
+    blocks: Literal["balanced_latin_square", "shuffled", "fixed"] = Field(
+        "balanced_latin_square",
+        description="By a balanced Latin square over participants, shuffled, or as declared.",
+    )
+
+    def faults(self) -> Iterator[InitErrorDetails]:
+        """Yield settings of the run length that could have no effect."""
+        yield from checks.order_faults(self)
 
 
 class Timing(Model):
@@ -79,76 +132,120 @@ class Timing(Model):
 
     lead_in_s: float = Field(5.0, ge=0, le=600, description="From the start of a block to its first trial.")
     response_window_s: float = Field(gt=0, le=60, description="From the onset; a press in it means felt.")
-    pause_min_s: float = Field(gt=0, le=600, description="Shortest pause from a window's end to the next onset.")
+    pause_min_s: float = Field(
+        gt=0, le=600, description="Shortest pause from a window's end to the next onset."
+    )
     pause_max_s: float = Field(gt=0, le=600, description="Longest pause; drawn evenly in between.")
     break_s: float = Field(0.0, ge=0, le=3600, description="Shortest break between blocks.")
+
+    def faults(self) -> Iterator[InitErrorDetails]:
+        """Yield pauses the wrong way round."""
+        yield from checks.timing_faults(self)
 
 
 class Masking(Model):
     """The sound that hides the array's own; exactly one of the two levels."""
 
-    noise: Literal["pink"] = "pink"
+    noise: Literal["pink"] = Field("pink", description="Pink noise: -10 dB per decade.")
     level_dbfs: float | None = Field(None, ge=-90, le=-15, description="RMS level re digital full scale.")
-    level_dba: float | None = Field(None, ge=20, le=75, description="A-weighted level at the ear; needs the rig's headphones.")
+    level_dba: float | None = Field(
+        None, ge=20, le=75, description="A-weighted level at the ear; needs the rig's headphones."
+    )
+
+    def faults(self) -> Iterator[InitErrorDetails]:
+        """Yield a level too many or too few."""
+        yield from checks.masking_faults(self)
 
 
 class Response(Model):
     """What the participant is asked and how an answer is given."""
 
-    question: str = Field(min_length=1, description="What a press answers.")
-    kind: Literal["yes_no"] = "yes_no"
+    question: Text = Field(description="What a press answers.")
+    kind: Literal["yes_no"] = Field("yes_no", description="A press means yes, no press means no.")
 
 
 class Safety(Model):
     """Limits of this protocol; the rig's own limits hold as well."""
 
-    largest_drive: Fraction = 1.0
-    longest_burst_s: float = Field(gt=0, le=16.0)
+    largest_drive: Fraction = Field(1.0, description="Largest drive of any stimulus.")
+    longest_burst_s: float = Field(gt=0, le=16.0, description="Longest burst in s.")
     largest_duty: float = Field(gt=0, le=1, description="Largest share of on-time in any 60 s.")
-    session_exposure_s: float = Field(gt=0, description="Largest sum of drive^2 x duration in a session, in s at full drive.")
+    session_exposure_s: float = Field(
+        gt=0, le=36_000, description="Largest sum of drive^2 x duration in a session, in s at full drive."
+    )
 
 
 class Comparison(Model):
     """A planned comparison of two levels of a factor, at each level of another."""
 
-    factor: Name
-    first: Level
-    second: Level
-    at_each: Name | None = None
+    factor: Name = Field(description="The factor whose levels are compared.")
+    first: Level = Field(description="The level that is compared.")
+    second: Level = Field(description="The level that it is compared with.")
+    at_each: Name | None = Field(None, description="Another factor: one comparison at each of its levels.")
 
 
 class Study(Model):
     """Who did what under which approval; goes into the data set's description."""
 
-    title: str
-    authors: tuple[str, ...] = Field(min_length=2, description="At least two, as data-set validators ask.")
-    license: str = "CC0-1.0"
-    institution_name: str
-    institution_address: str
-    department: str
-    ethics_approval: str = Field(description="Id of the approval, or the words that none was needed and why.")
+    title: Text = Field(description="Title of the study.")
+    authors: tuple[Text, ...] = Field(min_length=2, description="At least two, as data-set validators ask.")
+    license: Text = Field("CC0-1.0", description="Licence of the data.")
+    institution_name: Text = Field(description="Where the data are recorded.")
+    institution_address: Text = Field(description="Its postal address.")
+    department: Text = Field(description="The department in the institution.")
+    ethics_approval: Text = Field(
+        description="Id of the approval, or the words that none was needed and why."
+    )
 
 
 class Protocol(Model):
     """A whole study."""
 
-    name: Annotated[str, Field(pattern=r"^[a-zA-Z0-9]+(-[a-zA-Z0-9]+)*$", max_length=60)]
-    description: str = Field(min_length=1)
-    study: Study
-    instructions: str = Field(min_length=1, description="Read out to the participant before the first block.")
-    targets: dict[Name, Target] = Field(min_length=1)
-    stimulus: StimulusSpec
-    factors: Factors
+    name: Annotated[str, Field(pattern=r"^[a-zA-Z0-9]+(-[a-zA-Z0-9]+)*$", max_length=60)] = Field(
+        description="Name of the study's folder: letters, digits and hyphens."
+    )
+    description: Text = Field(description="What the study asks, in a sentence or two.")
+    study: Study = Field(description="Who did what under which approval.")
+    instructions: Text = Field(description="Read out to the participant before the first block.")
+    targets: dict[Name, Target] = Field(
+        min_length=1, max_length=100, description="Points to focus on, by name."
+    )
+    stimulus: StimulusSpec = Field(description="The stimulus, where no factor says otherwise.")
+    factors: Factors = Field(description="What is varied.")
     repetitions: int = Field(ge=1, le=1000, description="Stimuli of each kind in each block.")
     catch_trials_per_block: int = Field(0, ge=0, le=1000, description="Trials without a stimulus.")
-    order: Order = Order()
-    timing: Timing
-    masking: Masking | None = None
-    response: Response
-    safety: Safety
-    comparisons: tuple[Comparison, ...] = ()
+    order: Order = Field(Order(), description="In which order blocks and trials come.")
+    timing: Timing = Field(description="When things happen.")
+    masking: Masking | None = Field(None, description="The sound that hides the array's own; none if absent.")
+    response: Response = Field(description="What is asked and how an answer is given.")
+    safety: Safety = Field(description="Limits that this protocol keeps.")
+    comparisons: tuple[Comparison, ...] = Field(
+        (), description="What the analysis compares, fixed beforehand."
+    )
 
     @property
     def task(self) -> str:
         """The BIDS task label: the name without its hyphens."""
         return self.name.replace("-", "")
+
+    def stimulus_for(self, conditions: Mapping[str, Level]) -> StimulusSpec:
+        """Return the stimulus with the fields that conditions name replaced.
+
+        Parameters
+        ----------
+        conditions
+            Levels by factor; factors that are no field of the stimulus change nothing.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            A level is none that its field allows.
+        """
+        fields = self.stimulus.model_dump()
+        return StimulusSpec.model_validate(
+            fields | {key: conditions[key] for key in fields.keys() & conditions}
+        )
+
+    def faults(self) -> Iterator[InitErrorDetails]:
+        """Yield what is wrong between the parts of the protocol."""
+        yield from protocol_checks.protocol_faults(self)
