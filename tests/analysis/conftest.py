@@ -74,7 +74,7 @@ def chest_protocol(
 
 
 def plan_in_order(protocol: Protocol, place: int) -> Plan:
-    """Return a plan that is not shuffled: all repetitions of a condition, then the next, then catch trials."""
+    """Return a plan in plain order: all repetitions of a condition, then the next, then catch trials."""
     blocks: list[PlannedBlock] = []
     trials: list[PlannedTrial] = []
     for number, levels in enumerate(_crossed(protocol.factors.between_blocks), start=1):
@@ -218,14 +218,14 @@ def writer(tmp_path: Path) -> StudyWriter:
     return StudyWriter(tmp_path / "chest")
 
 
-def felt_first(counts: Mapping[tuple[Level, ...], int], factors: Sequence[str]) -> Answer:
+def felt_first(counts: Mapping[tuple[Level | None, ...], int], factors: Sequence[str]) -> Answer:
     """Return answers that give each condition its count: its first so many repetitions are felt.
 
     Catch trials are looked up by the levels they have, None where they have none.
     """
 
     def answer(conditions: Mapping[str, Level | None], repetition: int) -> bool:
-        return repetition < counts[tuple(conditions[name] for name in factors)]  # type: ignore[index]
+        return repetition < counts[tuple(conditions[name] for name in factors)]
 
     return answer
 
@@ -245,7 +245,7 @@ CHEST_COUNTS: tuple[tuple[int, int, int, int, int, int], ...] = (
 
 def chest_answer(counts: Sequence[int]) -> Answer:
     """Return answers for one row of `CHEST_COUNTS`."""
-    cells = itertools.product(CLOTHING, FREQUENCIES)
+    cells: list[tuple[Level | None, ...]] = [(wear, hz) for wear in CLOTHING for hz in FREQUENCIES]
     return felt_first(dict(zip(cells, counts, strict=True)), ("clothing", "modulation_hz"))
 
 

@@ -1,0 +1,127 @@
+"""The text below the figure: the tests as a table, and what one must know to read the figure."""
+
+import textwrap
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from analysis.comparisons import ComparisonResult
+from analysis.study import Results
+from analysis.wording import (
+    comparison_names,
+    difference_label,
+    factor_label,
+    format_interval,
+    format_p,
+    format_rate,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LINE_IN = 0.17
+"""Height of a line in inches."""
+
+_NOTE_CHARACTERS = 148
+_LEFT, _RIGHT = 0.012, 0.985
+_HEADINGS = (
+    ("", ""),
+    ("", "n"),
+    ("mean difference", "[95 % t interval]"),
+    ("exact sign-flip test", "p"),
+    ("", "Holm"),
+    ("", "least p"),
+    ("paired t test", "t (df)"),
+    ("", "p"),
+    ("", "Holm"),
+    ("", "$d_z$"),
+)
+_COLUMNS = (0.012, 0.225, 0.27, 0.475, 0.55, 0.625, 0.72, 0.81, 0.88, 0.953)
+
+
+@dataclass(frozen=True)
+class FigureText:
+    """A table (heading lines, then a row per comparison; may be empty) and lines of notes."""
+
+    table: tuple[tuple[str, ...], ...]
+    notes: tuple[str, ...]
+
+    @property
+    def lines(self) -> float:
+        """Height in lines, gaps counted."""
+        return (len(self.table) + 0.9 if self.table else 0) + len(self.notes) + 0.6
+
+    def draw(self, figure: "Figure", top_in: float) -> None:
+        """Write it into a figure, from `top_in` inches above the figure's lower edge downwards."""
+        line = LINE_IN / figure.get_figheight()
+        y = top_in / figure.get_figheight() - 0.9 * line
+        if self.table:
+            self._rule(figure, y + 0.7 * line)
+            for number, row in enumerate(self.table):
+                for x, cell in zip(_COLUMNS, row, strict=True):
+                    figure.text(x, y, cell, fontsize=7.5, va="center")
+                if number == 1:
+                    self._rule(figure, y - 0.5 * line)
+                y -= line * (1.1 if number == 1 else 1)
+            self._rule(figure, y + 0.4 * line)
+            y -= 0.5 * line
+        for note in self.notes:
+            figure.text(_LEFT, y, note, fontsize=7, color="#444444", va="center")
+            y -= line
+
+    @staticmethod
+    def _rule(figure: "Figure", y: float) -> None:
+        from matplotlib.lines import Line2D
+
+        figure.add_artist(Line2D([_LEFT, _RIGHT], [y, y], color="#222222", linewidth=0.6))
+
+
+def figure_text(results: Results) -> FigureText:
+    """Return the text that belongs below a study's figure."""
+    return FigureText(_table(results), _notes(results))
+
+
+def _table(results: Results) -> tuple[tuple[str, ...], ...]:
+    if not results.comparisons:
+        return ()
+    at = {name for result in results.comparisons for name, _ in result.at}
+    first = factor_label(at.pop()) if len(at) == 1 else "comparison"
+    headings = tuple(upper for upper, _ in _HEADINGS), (first, *(lower for _, lower in _HEADINGS[1:]))
+    names = comparison_names(results.comparisons)
+    return (*headings, *(_row(name, result) for name, result in zip(names, results.comparisons, strict=True)))
+
+
+def _row(name: str, result: ComparisonResult) -> tuple[str, ...]:
+    sign_flip, paired_t = result.sign_flip, result.paired_t
+    return (
+        name,
+        str(result.participants),
+        f"{format_rate(result.mean)} {format_interval(result.interval)}",
+        format_p(sign_flip.p if sign_flip else None),
+        format_p(result.sign_flip_holm),
+        format_p(sign_flip.floor if sign_flip else None),
+        f"{paired_t.t:.2f} ({paired_t.df})" if paired_t else "not testable",
+        format_p(paired_t.p if paired_t else None),
+        format_p(result.paired_t_holm),
+        f"{paired_t.dz:.2f}" if paired_t else "n/a",
+    )
+
+
+def _notes(results: Results) -> tuple[str, ...]:
+    people = len(results.trials.participants)
+    notes = [
+        f"Small markers: the {people} participants, a line joins the same participant. "
+        "Large markers: mean of the participants' rates; bars: 95 % t interval over participants.",
+    ]
+    if results.comparisons:
+        subtracted = ", ".join(dict.fromkeys(difference_label(result) for result in results.comparisons))
+        tests = results.comparisons[0].sign_flip_tests, results.comparisons[0].paired_t_tests
+        family = f"{tests[0]}" if tests[0] == tests[1] else f"{tests[0]} sign-flip and {tests[1]} t"
+        notes.append(
+            f"Difference: {subtracted}, per participant. Tests two-sided; Holm: adjusted over "
+            f"{family} tests; least p: the smallest that the test could give."
+        )
+    if results.false_alarms is None:
+        notes.append("No catch trials: the false-alarm rate is undefined.")
+    if results.warnings:
+        notes.append(f"{len(results.warnings)} remark(s) on the data: see results.json.")
+    return tuple(line for note in notes for line in textwrap.wrap(note, _NOTE_CHARACTERS))

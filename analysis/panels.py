@@ -1,0 +1,160 @@
+"""The panels of the result figure: columns of participants' dots with their mean, on given axes."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from analysis.comparisons import ComparisonResult
+from analysis.intervals import Interval
+from analysis.rates import ParticipantRate, over_participants
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INK = "#222222"
+GREY = "#8A8A8A"
+
+# Okabe and Ito's colours, which are told apart with any colour vision; the markers repeat the distinction.
+_STYLES = (
+    ("#0072B2", "o"),
+    ("#D55E00", "s"),
+    ("#009E73", "^"),
+    ("#CC79A7", "D"),
+    ("#E69F00", "v"),
+    ("#56B4E9", "P"),
+)
+_GROUP_WIDTH = 0.84  # of the distance between two places of the axis
+_SPREAD = 0.55  # of a column's slot: what participants with the same value may take side by side
+_DOT_POINTS = 4.0  # diameter of a participant's dot
+
+
+@dataclass(frozen=True)
+class Style:
+    """Colour and marker of a column."""
+
+    colour: str
+    marker: str
+
+
+@dataclass(frozen=True)
+class Column:
+    """One value per participant, their mean and its interval; None where undefined."""
+
+    values: Mapping[str, float]
+    mean: float | None
+    interval: Interval | None
+    style: Style
+
+
+PLAIN = Style(INK, "o")
+
+
+def level_style(index: int) -> Style:
+    """Return the style of a factor's level by its place in the list of levels."""
+    return Style(*_STYLES[index % len(_STYLES)])
+
+
+def rate_column(rates: Sequence[ParticipantRate], style: Style) -> Column:
+    """Return the column of participants' rates in one condition."""
+    summaries = over_participants(rates)
+    return Column(
+        values={rate.participant: float(rate.rate) for rate in rates if rate.rate is not None},
+        mean=summaries[0].mean if summaries else None,
+        interval=summaries[0].interval if summaries else None,
+        style=style,
+    )
+
+
+def difference_column(result: ComparisonResult) -> Column:
+    """Return the column of participants' differences in one comparison."""
+    values = {participant: float(difference) for participant, difference in result.differences}
+    return Column(values, result.mean, result.interval, PLAIN)
+
+
+def draw_columns(axes: "Axes", place: float, columns: Sequence[Column]) -> None:
+    """Draw columns side by side around one place of the category axis, each participant joined by a line.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    place
+        The middle of the group on the category axis.
+    columns
+        From left to right. The mean stands beside its participants, on the outer side of two columns.
+    """
+    slot = _GROUP_WIDTH / max(len(columns), 2)
+    most_alike = max((n for column in columns for n in Counter(column.values.values()).values()), default=1)
+    spacing = min(_dot_width(axes), _SPREAD * slot / most_alike)
+    centres = [place + (index - (len(columns) - 1) / 2) * slot for index in range(len(columns))]
+    sides = [-1.0 if index < len(columns) / 2 else 1.0 for index in range(len(columns))]
+    dots = [
+        _dot_positions(column, centre - 0.18 * side * slot, spacing)
+        for column, centre, side in zip(columns, centres, sides, strict=True)
+    ]
+    _join(axes, dots)
+    for column, positions, centre, side in zip(columns, dots, centres, sides, strict=True):
+        _draw_dots(axes, column, positions)
+        _draw_mean(axes, column, centre + 0.27 * side * slot)
+
+
+def _dot_width(axes: "Axes") -> float:
+    """Return the width of a dot on the category axis, whose limits must stand already."""
+    low, high = axes.get_xlim()
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return _DOT_POINTS * (high - low) / (72 * figure.get_figwidth() * axes.get_position().width)
+
+
+def _dot_positions(column: Column, centre: float, spacing: float) -> dict[str, tuple[float, float]]:
+    """Return each participant's point; those with the same value stand side by side."""
+    shared = Counter(column.values.values())
+    placed: Counter[float] = Counter()
+    positions = {}
+    for participant, value in column.values.items():
+        shift = placed[value] - (shared[value] - 1) / 2
+        positions[participant] = (centre + spacing * shift, value)
+        placed[value] += 1
+    return positions
+
+
+def _join(axes: "Axes", dots: Sequence[Mapping[str, tuple[float, float]]]) -> None:
+    for participant in dict.fromkeys(participant for column in dots for participant in column):
+        points = [column[participant] for column in dots if participant in column]
+        axes.plot(*zip(*points, strict=True), color=GREY, linewidth=0.6, alpha=0.55, zorder=1)
+
+
+def _draw_dots(axes: "Axes", column: Column, positions: Mapping[str, tuple[float, float]]) -> None:
+    if positions:
+        x, y = zip(*positions.values(), strict=True)
+        axes.scatter(
+            x,
+            y,
+            s=_DOT_POINTS**2,
+            marker=column.style.marker,
+            color=column.style.colour,
+            alpha=0.6,
+            linewidths=0,
+            zorder=2,
+        )
+
+
+def _draw_mean(axes: "Axes", column: Column, x: float) -> None:
+    if column.mean is None:
+        return
+    if column.interval is not None:
+        axes.vlines(
+            x, column.interval.low, column.interval.high, color=column.style.colour, linewidth=1.8, zorder=3
+        )
+    axes.plot(
+        x,
+        column.mean,
+        marker=column.style.marker,
+        markersize=7,
+        color=column.style.colour,
+        markeredgecolor="white",
+        markeredgewidth=0.8,
+        linestyle="none",
+        zorder=4,
+    )

@@ -1,0 +1,88 @@
+"""The analysis of a study: from its folder to all results."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.comparisons import ComparisonResult, planned_comparisons
+from analysis.rates import (
+    ConditionRate,
+    ParticipantRate,
+    detection_rates,
+    false_alarm_rates,
+    marginal_rates,
+    over_participants,
+)
+from analysis.trials import Trials, read_trials
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """What the analysis of a study gives.
+
+    Attributes
+    ----------
+    trials
+        The trials, the design, the warnings, and whether the study is simulated.
+    participant_rates, rates
+        Detection rates in every condition, per participant and over participants.
+    participant_false_alarms, false_alarms
+        The same of false alarms, in every kind of block and over all of them; None without catch trials: the
+        false-alarm rate is then undefined.
+    comparisons
+        The planned comparisons.
+    """
+
+    trials: Trials
+    participant_rates: tuple[ParticipantRate, ...]
+    rates: tuple[ConditionRate, ...]
+    participant_false_alarms: tuple[ParticipantRate, ...] | None
+    false_alarms: tuple[ConditionRate, ...] | None
+    comparisons: tuple[ComparisonResult, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader should know about the data."""
+        return self.trials.warnings
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any session was made by a simulated participant."""
+        return self.trials.simulated
+
+
+def analyse(study: Path) -> Results:
+    """Analyse a study.
+
+    Parameters
+    ----------
+    study
+        The study's folder.
+
+    Returns
+    -------
+    Results
+        Rates, comparisons and warnings; the same files give the same results.
+
+    Raises
+    ------
+    UsageError
+        As `analysis.trials.read_trials`.
+    """
+    trials = read_trials(study)
+    rates = detection_rates(trials)
+    false_alarms = _with_all_blocks(false_alarm_rates(trials))
+    return Results(
+        trials=trials,
+        participant_rates=rates,
+        rates=over_participants(rates),
+        participant_false_alarms=false_alarms,
+        false_alarms=None if false_alarms is None else over_participants(false_alarms),
+        comparisons=planned_comparisons(rates, trials.design),
+    )
+
+
+def _with_all_blocks(rates: tuple[ParticipantRate, ...] | None) -> tuple[ParticipantRate, ...] | None:
+    """Add the rates over all kinds of blocks, where there is more than one kind."""
+    if rates is None or not any(rate.condition for rate in rates):
+        return rates
+    return rates + marginal_rates(rates, [])

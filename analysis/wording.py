@@ -1,0 +1,71 @@
+"""How factors, levels and numbers are written in figures and texts."""
+
+from collections.abc import Sequence
+
+from analysis.comparisons import ComparisonResult
+from analysis.design import format_level
+from analysis.intervals import Interval
+from autd_trials.protocol.schema import Level
+
+_UNITS = {"hz": "Hz", "s": "s", "ms": "ms", "mm": "mm", "db": "dB", "pa": "Pa"}
+_NAMES = {"modulation_hz": "Modulation frequency (Hz)"}
+
+
+def factor_label(name: str) -> str:
+    """Return a factor's name for an axis: ``duration_s`` as ``Duration (s)``."""
+    stem, _, last = name.rpartition("_")
+    words = f"{stem} ({_UNITS[last]})" if stem and last in _UNITS else name
+    return _NAMES.get(name, words[:1].upper() + words[1:].replace("_", " "))
+
+
+def level_label(level: Level) -> str:
+    """Return a level for a figure: ``inner_outer`` as ``inner + outer``."""
+    return format_level(level).replace("_", " + ")
+
+
+def comparison_names(results: Sequence[ComparisonResult]) -> list[str]:
+    """Return a short name for each comparison.
+
+    It is the level at which the comparison was made if nothing else tells the comparisons apart, else all.
+    """
+    pairs = {(result.factor, result.first, result.second) for result in results}
+    return [
+        ", ".join(level_label(level) for _, level in result.at)
+        if len(pairs) == 1 and result.at
+        else _full_name(result)
+        for result in results
+    ]
+
+
+def _full_name(result: ComparisonResult) -> str:
+    at = "".join(f" at {level_label(level)}" for _, level in result.at)
+    return f"{difference_label(result)}{at}"
+
+
+def difference_label(result: ComparisonResult) -> str:
+    """Return what was subtracted from what, as in ``inner - (inner + outer)``."""
+    first, second = (
+        f"({label})" if "+" in label else label
+        for label in (level_label(result.first), level_label(result.second))
+    )
+    return f"{first} \N{MINUS SIGN} {second}"
+
+
+def format_p(p: float | None) -> str:
+    """Return a p value with two significant digits; "n/a" if there is none."""
+    if p is None:
+        return "n/a"
+    if p < 0.0001:
+        return "< .0001"
+    text = f"{p:.2g}" if p < 0.995 else "1"
+    return text.removeprefix("0")
+
+
+def format_rate(rate: float | None) -> str:
+    """Return a rate or a difference of rates with two decimals."""
+    return "n/a" if rate is None else f"{rate:.2f}".replace("-", "\N{MINUS SIGN}")
+
+
+def format_interval(interval: Interval | None) -> str:
+    """Return an interval as ``[0.20, 0.35]``."""
+    return "n/a" if interval is None else f"[{format_rate(interval.low)}, {format_rate(interval.high)}]"
