@@ -155,7 +155,7 @@ def _refuse_loud(level: MaskingLevel) -> None:
     # Not written as "dba > 75": NaN must be refused, too.
     if level.dba is not None and not level.dba <= LARGEST_DBA:
         raise UnsafeError(
-            f"the masking noise would have {level.dba:.1f} dB(A) at the ear; at most {LARGEST_DBA:g} is played,"
+            f"the masking noise would have {level.dba:.1f} dB(A) at the ear; the most is {LARGEST_DBA:g},"
             f" to stay under {HARD_STOP_DBA:g} dB(A) even if the headphones' figures are off",
             do="lower the masking level; or the volume, and then measure the headphones' voltage again",
         )

@@ -21,8 +21,13 @@ class Playback:
     """
 
     def __init__(self, loop: "NDArray[np.float32]", ramp_samples: int) -> None:
+        import numpy as np
+
+        rise = raised_cosine(ramp_samples)
         self._loop = loop
-        self._rise = raised_cosine(ramp_samples)
+        # The last value of each holds for ever after, which `take` with "clip" makes of it.
+        self._rise = np.append(rise, np.float32(1))
+        self._fall = np.append(rise[::-1], np.float32(0))
         self._stopping = False
         self._stopped_at: int | None = None
         self.frames = 0
@@ -35,7 +40,7 @@ class Playback:
     @property
     def ended(self) -> bool:
         """Whether the ramp out has been handed out as a whole; silence follows."""
-        return self._stopped_at is not None and self.frames >= self._stopped_at + len(self._rise)
+        return self._stopped_at is not None and self.frames >= self._stopped_at + len(self._fall) - 1
 
     def fill(self, block: "NDArray[np.float32]") -> None:
         """Write the next frames, the same noise on every channel, into a (frames, channels) block."""
@@ -45,15 +50,8 @@ class Playback:
             self._stopped_at = self.frames
         position = self.frames + np.arange(len(block))
         noise = self._loop.take(position, mode="wrap")
-        if self.frames < len(self._rise):
-            noise *= self._rise.take(position, mode="clip")
+        noise *= self._rise.take(position, mode="clip")
         if self._stopped_at is not None:
-            noise *= self._fall(position - self._stopped_at)
+            noise *= self._fall.take(position - self._stopped_at, mode="clip")
         block[:] = noise[:, np.newaxis]
         self.frames += len(block)
-
-    def _fall(self, since_stop: "NDArray[np.int64]") -> "NDArray[np.float32]":
-        import numpy as np
-
-        gain = self._rise[::-1].take(since_stop, mode="clip")
-        return np.where(since_stop < len(self._rise), gain, np.float32(0))
