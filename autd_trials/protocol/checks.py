@@ -1,4 +1,4 @@
-"""What the fields of one part of a protocol must be to each other; a fault stands at the field to be mended."""
+"""What the fields of one part of a protocol must be to each other, each fault at the field to be mended."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
