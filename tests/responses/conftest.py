@@ -1,0 +1,100 @@
+"""A pseudo-terminal that can be typed into, sent bytes to and unplugged."""
+
+import contextlib
+import os
+import select
+import threading
+import tty
+from collections.abc import Iterator
+from typing import Self
+
+import pytest
+
+
+class PseudoTerminal:
+    """Both ends of a pty; the far end stands for the person or the box."""
+
+    def __init__(self) -> None:
+        self.far, self.near = os.openpty()
+        self.name = os.ttyname(self.near)
+        self._plugged = True
+
+    def send(self, data: bytes) -> None:
+        while data:
+            data = data[os.write(self.far, data) :]
+
+    def receive(self) -> bytes:
+        return os.read(self.far, 1024)
+
+    def unplug(self) -> None:
+        if self._plugged:
+            os.close(self.far)
+            self._plugged = False
+
+    def close(self) -> None:
+        self.unplug()
+        with contextlib.suppress(OSError):
+            os.close(self.near)
+
+
+class XidPad:
+    """A Cedrus pad at the far end of a serial line: answers who it is, sends presses and releases.
+
+    Written from the published description, not from a real pad.
+    """
+
+    def __init__(self, line: PseudoTerminal, identity: bytes = b"_xid0") -> None:
+        self.commands = b""
+        self._line = line
+        self._identity = identity
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._wake_read, self._wake_write = os.pipe()
+        self._ms = 1000
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop()
+        os.close(self._wake_read)
+        os.close(self._wake_write)
+
+    def press(self, button: int = 1) -> None:
+        self._ms += 10
+        for pressed in (0x10, 0x00):
+            self._line.send(bytes([ord("k"), (button % 8) << 5 | pressed]) + self._ms.to_bytes(4, "little"))
+
+    def unplug(self) -> None:
+        self._stop()
+        self._line.unplug()
+
+    def _stop(self) -> None:
+        os.write(self._wake_write, b"x")
+        self._thread.join()
+
+    def _listen(self) -> None:
+        while True:
+            ready, _, _ = select.select([self._line.far, self._wake_read], [], [])
+            if self._wake_read in ready:
+                return
+            self.commands += self._line.receive()
+            if self.commands.endswith(b"_c1"):
+                self._line.send(self._identity)
+
+
+@pytest.fixture
+def pty() -> Iterator[PseudoTerminal]:
+    """A terminal in its usual (cooked) mode."""
+    terminal = PseudoTerminal()
+    yield terminal
+    terminal.close()
+
+
+@pytest.fixture
+def line() -> Iterator[PseudoTerminal]:
+    """A raw one, as a serial line is."""
+    terminal = PseudoTerminal()
+    tty.setraw(terminal.near)
+    yield terminal
+    terminal.close()
