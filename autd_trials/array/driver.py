@@ -1,5 +1,6 @@
 """What an array driver offers, and the words in which it is asked."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -68,9 +69,9 @@ class Onset:
 
 @dataclass(frozen=True)
 class Completion:
-    """The state read back around the onset: still silent at `silent_s`, emitting at `emitting_s` (host clock).
+    """The state read back around the onset: still silent at `silent_s`, emitting at `emitting_s`.
 
-    `ended_s` is when all devices were seen to have stopped by themselves.
+    All on the host's clock; `ended_s` is when all devices were seen to have stopped by themselves.
     """
 
     silent_s: float
@@ -85,11 +86,11 @@ class ArrayDriver(Protocol):
     def open(self) -> ArrayInfo:
         """Take the devices, check that they are all there, leave them silent; raises DeviceError."""
 
-    def check(self, stimuli: list[Stimulus]) -> None:
-        """Refuse (UnsafeError or UsageError) what could not be emitted one after the other under the limits."""
+    def check(self, stimuli: Sequence[Stimulus]) -> None:
+        """Refuse (UnsafeError, UsageError) what could not be emitted one after the other under the limits."""
 
     def arm(self, stimulus: Stimulus) -> float:
-        """Preload a stimulus in silence; return its exposure in s at full drive. Refuses what is over a limit."""
+        """Preload a stimulus in silence; return its exposure in s at full drive. Refuses as `check` does."""
 
     @property
     def lead_s(self) -> float:
@@ -102,7 +103,10 @@ class ArrayDriver(Protocol):
         """Wait until the started stimulus has ended by itself; raises DeviceError if it did not."""
 
     def abort(self) -> None:
-        """Silence the array now, whatever it does; safe at any time, also twice."""
+        """Silence the array now, whatever it does; safe at any time, also twice.
+
+        Raises DeviceError if the devices do not confirm it (lost, say); their bursts end by themselves.
+        """
 
     def health(self) -> Health:
         """Read the devices' state now."""

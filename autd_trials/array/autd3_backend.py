@@ -1,0 +1,171 @@
+"""The backend over the official AUTD SDK: its firmware emulator, or devices behind a network interface.
+
+The SDK is asynchronous; it runs in an event loop of its own thread. Every call is bounded in time.
+"""
+
+import contextlib
+from collections.abc import Callable, Coroutine, Sequence
+from concurrent.futures import CancelledError, Future
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from autd3 import Autd3Error, FirmwareVersion
+
+from autd_trials.array.autd3_client import ArrayClient, open_client
+from autd_trials.array.autd3_errors import device_error
+from autd_trials.array.backend import Burst, DeviceStates, TimePair
+from autd_trials.array.background import BackgroundLoop
+from autd_trials.array.commands import command_to_start, commands_to_load, commands_to_open
+from autd_trials.array.driver import ArrayInfo
+from autd_trials.array.geometry import TRANSDUCERS_PER_DEVICE, DevicePose
+from autd_trials.array.link import HeldLink, Link
+from autd_trials.clock import Clock
+from autd_trials.errors import DeviceError
+
+T = TypeVar("T")
+
+_OPEN_S = 8.0
+_CALL_S = 1.0
+_SILENCE_S = 0.9
+
+
+@dataclass(frozen=True)
+class _Opened:
+    client: ArrayClient
+    loop: BackgroundLoop
+    where: str
+    release: contextlib.ExitStack
+
+
+class Autd3Backend:
+    """Devices reached through the SDK; implements `Backend`.
+
+    Parameters
+    ----------
+    link
+        The emulator or the network interface.
+    clock
+        The host's clock.
+    """
+
+    def __init__(self, link: Link, clock: Clock) -> None:
+        self._link = link
+        self._clock = clock
+        self._opened: _Opened | None = None
+
+    def open(self, devices: Sequence[DevicePose]) -> ArrayInfo:
+        """Take exactly these devices and leave them silent."""
+        with contextlib.ExitStack() as stack:
+            link = stack.enter_context(HeldLink(self._link, len(devices)))
+            loop = BackgroundLoop("autd3")
+            stack.callback(loop.stop)
+            opening = open_client(devices, link.address, emulated=link.emulated, clock=self._clock)
+            client = _call(loop, opening, link.description, _OPEN_S)
+            stack.callback(_leave, loop, client)
+            firmware = _call(loop, client.firmware(), link.description)
+            _refuse_other_firmware(firmware, emulated=link.emulated, where=link.description)
+            _call(loop, client.send(commands_to_open()), link.description)
+            self._opened = _Opened(client, loop, link.description, stack.pop_all())
+        return ArrayInfo(
+            driver="autd3",
+            link=link.description,
+            emulated=link.emulated,
+            devices=len(devices),
+            transducers=len(devices) * TRANSDUCERS_PER_DEVICE,
+            firmware=tuple(f"CPU {version.cpu!r}, FPGA {version.fpga!r}" for version in firmware),
+        )
+
+    def load(self, burst: Burst) -> None:
+        """Silence the devices and preload a burst."""
+        self._call(self._client.send(commands_to_load(burst)))
+
+    def start(self, device_ns: int) -> None:
+        """Have all devices start the burst at a device time on the grid; StartRefusedError if too close."""
+        self._call(self._client.send([command_to_start(device_ns)]))
+
+    def time_pair(self) -> TimePair:
+        """Pair the host's clock with the devices'."""
+        return self._client.time_pair()
+
+    def states(self) -> DeviceStates:
+        """Read the devices' states; lost devices are counted, not raised."""
+        return self._call(self._client.states())
+
+    def states_after(self, device_ns: int) -> Callable[[], DeviceStates]:
+        """Have the states read right after a device time; returns at once, call the result to wait for them."""
+        opened = self._require_open()
+        future = opened.loop.submit(opened.client.states_after(device_ns))
+        return lambda: _result(future, opened.where, _CALL_S)
+
+    def silence(self) -> None:
+        """Cancel a pending start and end a playing burst, now; nothing to do before it is opened."""
+        if self._opened is None:
+            return
+        what = "the devices did not confirm that they are silent"
+        do = "switch off the array's power if it still sounds; a burst that runs ends by itself"
+        try:
+            states = self._call(self._client.silence(), _SILENCE_S)
+        except DeviceError as error:
+            raise DeviceError(what, where=self._opened.where, do=do) from error
+        if not (states.silent or states.failsafe):
+            raise DeviceError(what, where=self._opened.where, do=do)
+
+    def close(self) -> None:
+        """Silence the devices and let them go; never raises."""
+        with contextlib.suppress(DeviceError):  # lost devices are let go all the same
+            self.silence()
+        opened, self._opened = self._opened, None
+        if opened:
+            opened.release.close()
+
+    @property
+    def _client(self) -> ArrayClient:
+        return self._require_open().client
+
+    def _require_open(self) -> _Opened:
+        if self._opened is None:
+            raise RuntimeError("the array is not open")
+        return self._opened
+
+    def _call(self, coroutine: Coroutine[Any, Any, T], timeout_s: float = _CALL_S) -> T:
+        opened = self._require_open()
+        return _call(opened.loop, coroutine, opened.where, timeout_s)
+
+
+def _call(
+    loop: BackgroundLoop, coroutine: Coroutine[Any, Any, T], where: str, timeout_s: float = _CALL_S
+) -> T:
+    future = loop.submit(coroutine)
+    try:
+        return _result(future, where, timeout_s)
+    finally:
+        future.cancel()  # of what timed out, or was left by a Ctrl-C
+
+
+def _result(future: Future[T], where: str, timeout_s: float) -> T:
+    try:
+        return future.result(timeout_s)
+    except Autd3Error as error:
+        raise device_error(error, where) from error
+    except (TimeoutError, CancelledError) as error:
+        raise DeviceError(
+            f"the array did not answer within {timeout_s:g} s",
+            where=where,
+            do="check the devices' power and cables, then go on with --resume",
+        ) from error
+
+
+def _leave(loop: BackgroundLoop, client: ArrayClient) -> None:
+    with contextlib.suppress(Autd3Error, TimeoutError):  # of lost devices there is no leave to take
+        loop.submit(client.close()).result(_CALL_S)
+
+
+def _refuse_other_firmware(firmware: Sequence[FirmwareVersion], *, emulated: bool, where: str) -> None:
+    if all(version.is_emulator() == emulated for version in firmware):
+        return
+    said, found = ("an emulator", "real devices") if emulated else ("real devices", "an emulator")
+    raise DeviceError(
+        f"the rig file says that the array is {said}, but {found} answer",
+        where=where,
+        do="correct the rig file",
+    )

@@ -1,0 +1,167 @@
+"""The SDK's client as the array needs it; asynchronous.
+
+No send is trusted: while devices are lost, or muted by their failsafe, the SDK reports success, so the state is
+read back.
+"""
+
+import asyncio
+from collections.abc import Callable, Sequence
+
+from autd3 import (
+    Autd3Error,
+    Client,
+    ClientConfig,
+    DeviceState,
+    Duration,
+    FirmwareVersion,
+    Interface,
+    UdpOption,
+)
+from autd3.commands import Command
+from autd3.geometry import Autd3, Geometry
+
+from autd_trials.array.backend import DeviceStates, TimePair
+from autd_trials.array.commands import BURST_BANK, command_to_silence
+from autd_trials.array.geometry import DevicePose
+from autd_trials.clock import Clock
+
+_REPORT_LAG_S = 0.1  # the devices' reports lag by up to 15 ms
+_REPORT_POLL_S = 0.002
+_TIME_PAIRS = 5
+
+
+class ArrayClient:
+    """An open client; its methods raise Autd3Error.
+
+    Parameters
+    ----------
+    client
+        The SDK's client.
+    clock
+        The host's clock.
+    """
+
+    def __init__(self, client: Client, clock: Clock) -> None:
+        self._client = client
+        self._clock = clock
+
+    async def firmware(self) -> list[FirmwareVersion]:
+        """Read each device's firmware version."""
+        return await self._client.read_firmware_version()
+
+    async def send(self, commands: Sequence[Command]) -> None:
+        """Send commands one after the other, each to all devices."""
+        for command in commands:
+            await self._client.send(command)
+
+    def time_pair(self) -> TimePair:
+        """Pair the host's clock with the devices'; the tightest of five, some 0.5 us wide when undisturbed."""
+        tries = [self._timed_pair() for _ in range(_TIME_PAIRS)]
+        return min(tries, key=lambda timed: timed[0])[1]
+
+    async def states(self) -> DeviceStates:
+        """Read the devices' states; lost devices are counted and report nothing else."""
+        requested_s = self._clock.now_s()
+        status = self._client.state_checker().check()
+        reports = []
+        if not status.any_lost:
+            try:
+                reports = await self._client.read_fpga_state()
+            except Autd3Error:
+                status = self._client.state_checker().check()
+                if status.all_ready:
+                    raise
+        playing = [report for report in reports if report.current_mod_bank() == BURST_BANK]
+        return DeviceStates(
+            requested_s=requested_s,
+            received_s=self._clock.now_s(),
+            devices=len(status.devices),
+            ready=status.devices.count(DeviceState.Ready),
+            failsafe=any(report.is_failsafe_active() for report in reports),
+            thermal=any(report.is_thermal_asserted() for report in reports),
+            pending=sum(report.is_transition_pending() for report in reports),
+            on_burst=len(playing),
+            ended=sum(report.is_mod_stopped() for report in playing),
+        )
+
+    async def states_after(self, device_ns: int) -> DeviceStates:
+        """Wait for a device time, then read the states until all devices play the burst, or 0.1 s is over."""
+        while (wait_ns := device_ns - self._client.device_time_now().sys_time) > 0:
+            await asyncio.sleep(wait_ns / 1e9)
+        return await self._states_until(lambda states: states.on_burst == states.devices)
+
+    async def silence(self) -> DeviceStates:
+        """Cancel a pending start, end a playing burst, drop the pattern; return the states after it."""
+        try:
+            await self._client.send(command_to_silence())
+        finally:
+            await self._client.silent_stop()
+        return await self._states_until(lambda states: states.silent)
+
+    async def close(self) -> None:
+        """Leave the devices."""
+        await self._client.close()
+
+    def _timed_pair(self) -> tuple[float, TimePair]:
+        before_s = self._clock.now_s()
+        device_ns = self._client.device_time_now().sys_time
+        after_s = self._clock.now_s()
+        return after_s - before_s, TimePair((before_s + after_s) / 2, device_ns)
+
+    async def _states_until(self, wanted: Callable[[DeviceStates], bool]) -> DeviceStates:
+        """Read the states until they are as wanted, devices are lost, or the reports' lag is over."""
+        deadline_s = self._clock.now_s() + _REPORT_LAG_S
+        while True:
+            states = await self.states()
+            if wanted(states) or states.ready < states.devices or states.requested_s >= deadline_s:
+                return states
+            await asyncio.sleep(_REPORT_POLL_S)
+
+
+async def open_client(
+    devices: Sequence[DevicePose], address: str, *, emulated: bool, clock: Clock
+) -> ArrayClient:
+    """Open the SDK's client on exactly these devices.
+
+    Parameters
+    ----------
+    devices
+        The devices' poses, in the order in which they are wired.
+    address
+        ``[::1]:PORT`` of an emulator, else the name of a network interface. The SDK is never left to choose.
+    emulated
+        Which of the two the address is.
+    clock
+        The host's clock.
+
+    Raises
+    ------
+    Autd3Error
+        If there are not exactly so many devices, or their firmware is not supported.
+    """
+    from scipy.spatial.transform import Rotation
+
+    geometry = Geometry([Autd3(pose.origin_mm, Rotation.from_matrix(pose.rotation)) for pose in devices])
+    interface = Interface.Addr(address) if emulated else Interface.Name(address)
+    client = await Client.open(geometry, _option(interface), _config())
+    return ArrayClient(client, clock)
+
+
+def _option(interface: Interface) -> UdpOption:
+    """Return timeouts that hold on a busy machine, without recovery: a lost array is opened again on purpose."""
+    return UdpOption(
+        iface=interface,
+        reply_timeout=Duration.from_millis(50),
+        response_timeout=Duration.from_millis(50),
+        enumeration_timeout=Duration.from_millis(1000),
+        sync_timeout=Duration.from_millis(5000),
+    )
+
+
+def _config() -> ClientConfig:
+    """Return a client that never releases a failsafe by itself: the burst's bank would still be in place."""
+    return ClientConfig(
+        ack_timeout=Duration.from_millis(300),
+        release_failsafe_on_recovery=None,
+        resynchronize_on_recovery=None,
+    )

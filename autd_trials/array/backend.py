@@ -1,0 +1,99 @@
+"""What the phased array needs of its devices: silent preloading, a timed start, their state, silence."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autd_trials.array.driver import ArrayInfo
+from autd_trials.array.geometry import DevicePose
+from autd_trials.errors import DeviceError
+
+START_GRID_NS = 250_000
+"""Starts lie on this grid of device time: the period of the 4 kHz modulation samples."""
+
+
+@dataclass(frozen=True, eq=False)
+class Burst:
+    """A burst as devices play it.
+
+    `samples` uint8 at 4 kHz, `phases` uint8 of shape (devices, 249), `intensity` 0 to 255.
+    """
+
+    samples: NDArray[np.uint8]
+    phases: NDArray[np.uint8]
+    intensity: int
+
+
+@dataclass(frozen=True)
+class DeviceStates:
+    """The devices' states, read between `requested_s` and `received_s` on the host's clock.
+
+    Of `devices` devices, `ready` are in touch; of these `pending` await a start, `on_burst` play the burst's
+    bank, and `ended` of those have come to its end.
+    """
+
+    requested_s: float
+    received_s: float
+    devices: int
+    ready: int
+    failsafe: bool
+    thermal: bool
+    pending: int
+    on_burst: int
+    ended: int
+
+    @property
+    def silent(self) -> bool:
+        """All devices are in touch and none plays a burst or awaits a start."""
+        return self.ready == self.devices and self.pending == 0 and self.on_burst == self.ended
+
+
+@dataclass(frozen=True)
+class TimePair:
+    """The same instant on the host's clock and on the devices'."""
+
+    host_s: float
+    device_ns: int
+
+    def device_ns_at(self, host_s: float) -> int:
+        """Return the device time at a host time."""
+        return self.device_ns + round((host_s - self.host_s) * 1e9)
+
+    def host_s_at(self, device_ns: int) -> float:
+        """Return the host time at a device time."""
+        return self.host_s + (device_ns - self.device_ns) / 1e9
+
+
+class StartRefusedError(DeviceError):
+    """The devices found a start time too close; it may be tried again later, after silence."""
+
+
+class Backend(Protocol):
+    """Devices that play finite bursts by their own clock; methods raise DeviceError, in bounded time."""
+
+    def open(self, devices: Sequence[DevicePose]) -> ArrayInfo:
+        """Take exactly these devices and leave them silent."""
+
+    def load(self, burst: Burst) -> None:
+        """Silence the devices and preload a burst."""
+
+    def start(self, device_ns: int) -> None:
+        """Have all devices start the burst at a device time on the grid; StartRefusedError if too close."""
+
+    def time_pair(self) -> TimePair:
+        """Pair the host's clock with the devices'."""
+
+    def states(self) -> DeviceStates:
+        """Read the devices' states; lost devices are counted, not raised."""
+
+    def states_after(self, device_ns: int) -> Callable[[], DeviceStates]:
+        """Have the states read right after a device time; returns at once, call the result to wait for them."""
+
+    def silence(self) -> None:
+        """Cancel a pending start and end a playing burst, now."""
+
+    def close(self) -> None:
+        """Silence the devices and let them go; never raises, also when they are lost or were never opened."""

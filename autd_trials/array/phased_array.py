@@ -1,0 +1,296 @@
+"""The array driver: limits, envelope, focus, timing and health in one place, over any backend.
+
+No backend is reached but through here, so that none can get round the limits.
+"""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+from autd_trials.array import envelope
+from autd_trials.array.backend import START_GRID_NS, Backend, Burst, DeviceStates, StartRefusedError
+from autd_trials.array.driver import ArrayInfo, Completion, Health, Onset, Stimulus
+from autd_trials.array.focus import focus_phases
+from autd_trials.array.geometry import UnitPose, device_poses, transducer_positions_mm
+from autd_trials.array.limits import ExposureMeter, Limits, exposure_s, refuse_out_of_reach
+from autd_trials.clock import Clock
+from autd_trials.errors import DeviceError, UsageError
+
+_SHORTEST_LEAD_S, _LONGEST_LEAD_S = 0.1, 1.0
+_FIRMWARE_MARGIN_S = 0.01  # the firmware refuses a start that is closer
+_IN_HAND_S = 0.01
+_SEND_TIMES_KEPT = 20
+_START_ATTEMPTS = 3
+_WATCH_S = 0.1  # how often the devices are looked at while a burst runs
+_REPORT_DEADLINE_S = 0.1  # the devices' reports lag by up to 15 ms
+_REPORT_POLL_S = 0.005
+_FULL_INTENSITY = 255
+
+
+@dataclass(frozen=True)
+class _Running:
+    ends_s: float
+    silent_s: float
+    after_onset: Callable[[], DeviceStates]
+
+
+class PhasedArray:
+    """Units of phased arrays that emit finite bursts at one focus; implements `ArrayDriver`.
+
+    Parameters
+    ----------
+    units
+        The units' poses in the calibrated frame.
+    backend
+        The devices.
+    limits
+        What may be emitted.
+    clock
+        The host's clock, the same that the backend has.
+    speed_of_sound_m_s
+        Speed of sound in m/s.
+    exposure_used_s
+        Exposure that the session has used before, in s at full drive.
+    """
+
+    def __init__(
+        self,
+        units: Sequence[UnitPose],
+        backend: Backend,
+        limits: Limits,
+        clock: Clock,
+        *,
+        speed_of_sound_m_s: float,
+        exposure_used_s: float = 0.0,
+    ) -> None:
+        self._units = list(units)
+        self._transducers_mm = transducer_positions_mm(self._units)
+        self._backend = backend
+        self._meter = ExposureMeter(limits, exposure_used_s)
+        self._clock = clock
+        self._speed_of_sound_m_s = speed_of_sound_m_s
+        self._send_times_s: deque[float] = deque(maxlen=_SEND_TIMES_KEPT)
+        self._armed: tuple[Stimulus, Burst] | None = None
+        self._running: _Running | None = None
+
+    @property
+    def exposure_used_s(self) -> float:
+        """Exposure that the session has used, in s at full drive."""
+        return self._meter.used_s
+
+    @property
+    def lead_s(self) -> float:
+        """How long before the onset `start` must be called, in s.
+
+        The firmware's 10 ms, 10 ms in hand and three times the longest of the last 20 sends; 0.1 to 1 s.
+        """
+        slowest_s = max(self._send_times_s, default=0.0)
+        lead_s = _FIRMWARE_MARGIN_S + _IN_HAND_S + 3 * slowest_s
+        return min(max(lead_s, _SHORTEST_LEAD_S), _LONGEST_LEAD_S)
+
+    def open(self) -> ArrayInfo:
+        """Take the devices, check that they are all there and well, leave them silent."""
+        info = self._backend.open(device_poses(self._units))
+        try:
+            _refuse_unwell(self._backend.states())
+        except DeviceError:
+            self.close()
+            raise
+        return info
+
+    def check(self, stimuli: Sequence[Stimulus]) -> None:
+        """Refuse what could not be emitted one after the other under the limits.
+
+        The share of on-time depends on the onsets, which are not known here; `start` watches over it, and
+        `autd_trials.array.limits.largest_duty` tells it for a planned schedule.
+        """
+        for stimulus in dict.fromkeys(stimuli):
+            self._burst(stimulus)
+        self._meter.refuse_unsafe(stimuli)
+
+    def arm(self, stimulus: Stimulus) -> float:
+        """Preload a stimulus in silence; return its exposure in s at full drive."""
+        if self._running:
+            raise RuntimeError("arm: the last stimulus was neither finished nor aborted")
+        self._armed = None
+        self._meter.refuse_unsafe([stimulus])
+        burst = self._burst(stimulus)
+        _refuse_unwell(self._backend.states())
+        self._backend.load(burst)
+        self._armed = (stimulus, burst)
+        return exposure_s(stimulus)
+
+    def start(self, onset_s: float) -> Onset:
+        """Start the armed stimulus at host time `onset_s`, or as soon after it as the lead allows."""
+        if self._armed is None:
+            raise RuntimeError("start: no stimulus is armed")
+        (stimulus, burst), self._armed = self._armed, None
+        try:
+            for _ in range(_START_ATTEMPTS):
+                if onset := self._start_once(stimulus, burst, onset_s):
+                    return onset
+            raise DeviceError(
+                f"the devices refused {_START_ATTEMPTS} starts as too close",
+                do="this computer is too busy to send in time: close other programs",
+            )
+        except DeviceError as error:
+            self._fail(error)
+
+    def finish(self) -> Completion:
+        """Wait until the started stimulus has ended by itself; silence the array and raise if it does not."""
+        if self._running is None:
+            raise RuntimeError("finish: no stimulus was started")
+        running, self._running = self._running, None
+        try:
+            self._watch_until(running.ends_s)
+            emitting = running.after_onset()
+            _refuse_unwell(emitting)
+            if emitting.on_burst < emitting.devices:
+                raise DeviceError("the burst did not begin on all devices", do="check the devices; run again")
+            ended = self._states_when(
+                lambda states: states.on_burst == states.ended == states.devices,
+                deadline_s=max(running.ends_s, self._clock.now_s()) + _REPORT_DEADLINE_S,
+                otherwise="the burst did not end by itself on all devices",
+            )
+        except DeviceError as error:
+            self._fail(error)
+        return Completion(running.silent_s, emitting.received_s, ended.received_s, _health(ended))
+
+    def abort(self) -> None:
+        """Silence the array now, whatever it does; safe at any time, also twice.
+
+        Raises
+        ------
+        DeviceError
+            If the devices did not confirm that they are silent.
+        """
+        self._armed = self._running = None
+        self._backend.silence()
+
+    def health(self) -> Health:
+        """Read the devices' state now."""
+        return _health(self._backend.states())
+
+    def close(self) -> None:
+        """Silence and release the array; never raises."""
+        self._armed = self._running = None
+        self._backend.close()
+
+    def _burst(self, stimulus: Stimulus) -> Burst:
+        refuse_out_of_reach(self._units, stimulus.target_mm)
+        phases = focus_phases(self._transducers_mm, stimulus.target_mm, self._speed_of_sound_m_s)
+        return Burst(envelope.samples(stimulus), phases, _intensity(stimulus.drive))
+
+    def _start_once(self, stimulus: Stimulus, burst: Burst, requested_s: float) -> Onset | None:
+        """Start as soon as the lead allows; None, silent and loaded again, if it was refused as too close."""
+        before = self._backend.states()
+        _refuse_unwell(before)
+        if not before.silent:
+            raise DeviceError("the array is not silent before a start", do="check the devices; run again")
+        sent_s = self._clock.now_s()
+        planned_s = max(requested_s, sent_s + self.lead_s)
+        self._meter.refuse_too_soon(stimulus, planned_s)
+        self._meter.charge(
+            stimulus, planned_s
+        )  # before it is sent: what fails half-way may have been emitted
+        pair = self._backend.time_pair()
+        device_ns = _on_grid(pair.device_ns_at(planned_s))
+        onset_s = pair.host_s_at(device_ns)
+        try:
+            self._backend.start(device_ns)
+        except StartRefusedError:
+            self._cancel_before(onset_s)
+            self._backend.load(burst)
+            return None
+        finally:
+            accepted_s = self._clock.now_s()
+            self._send_times_s.append(accepted_s - sent_s)
+        after_onset = self._backend.states_after(device_ns)
+        silent_s = self._last_silent_s(before, onset_s)
+        self._running = _Running(onset_s + stimulus.duration_s, silent_s, after_onset)
+        return Onset(onset_s, device_ns, requested_s, onset_s - accepted_s)
+
+    def _cancel_before(self, onset_s: float) -> None:
+        """Cancel a start that only some devices may have accepted."""
+        self._backend.silence()
+        if self._clock.now_s() >= onset_s:
+            raise DeviceError(
+                "some devices refused a start, and others may have emitted before they were silenced",
+                do="run the trial again; close other programs on this computer",
+            )
+
+    def _last_silent_s(self, before: DeviceStates, onset_s: float) -> float:
+        """Read back that the start is pending; return when the array was last known to be silent."""
+        accepted = self._states_when(
+            lambda states: states.pending + states.on_burst >= states.devices,
+            deadline_s=self._clock.now_s() + _REPORT_DEADLINE_S,
+            otherwise="an accepted start is not pending on all devices",
+        )
+        if accepted.on_burst and accepted.received_s < onset_s:
+            raise DeviceError(
+                "devices emit before the time they were given", do="check the devices' firmware"
+            )
+        return before.requested_s if accepted.on_burst else accepted.requested_s
+
+    def _watch_until(self, time_s: float) -> None:
+        while (now_s := self._clock.now_s()) < time_s:
+            _refuse_unwell(self._backend.states())
+            self._clock.sleep_until(min(now_s + _WATCH_S, time_s))
+
+    def _states_when(
+        self, wanted: Callable[[DeviceStates], bool], *, deadline_s: float, otherwise: str
+    ) -> DeviceStates:
+        while True:
+            states = self._backend.states()
+            _refuse_unwell(states)
+            if wanted(states):
+                return states
+            if states.requested_s >= deadline_s:
+                raise DeviceError(otherwise, do="switch the devices off and on and start again")
+            self._clock.sleep_until(self._clock.now_s() + _REPORT_POLL_S)
+
+    def _fail(self, error: DeviceError) -> NoReturn:
+        try:
+            self.abort()
+        except DeviceError as not_silent:
+            raise DeviceError(
+                f"{error.what}; {not_silent.what}", where=error.where, do=not_silent.do
+            ) from error
+        raise error
+
+
+def _intensity(drive: float) -> int:
+    """Return the intensity byte; the pressure amplitude is proportional to it."""
+    if not 0 <= drive <= 1:
+        raise UsageError(f"the stimulus's drive is {drive}", do="make drive 0 to 1")
+    intensity = round(_FULL_INTENSITY * drive)
+    if drive > 0 and intensity == 0:
+        smallest = 1 / _FULL_INTENSITY
+        raise UsageError(
+            f"the stimulus's drive of {drive} is too small for the devices",
+            do=f"make drive 0 (nothing is emitted) or at least {smallest:.4f}",
+        )
+    return intensity
+
+
+def _on_grid(device_ns: int) -> int:
+    """Return the next grid time: between two, the devices would cut the first sample short."""
+    return -(-device_ns // START_GRID_NS) * START_GRID_NS
+
+
+def _health(states: DeviceStates) -> Health:
+    return Health(states.received_s, states.devices, states.ready, states.failsafe, states.thermal)
+
+
+def _refuse_unwell(states: DeviceStates) -> None:
+    if states.ready < states.devices:
+        raise DeviceError(
+            f"only {states.ready} of {states.devices} devices answer",
+            do="check their power and cables, then go on with --resume",
+        )
+    if states.failsafe:
+        raise DeviceError(
+            "the devices' failsafe has muted them: they lost touch with this computer",
+            do="check the cables and that the computer did not sleep, then go on with --resume",
+        )
