@@ -72,7 +72,7 @@ class Autd3Backend:
             emulated=link.emulated,
             devices=len(devices),
             transducers=len(devices) * TRANSDUCERS_PER_DEVICE,
-            firmware=tuple(f"CPU {version.cpu!r}, FPGA {version.fpga!r}" for version in firmware),
+            firmware=tuple(_written(version) for version in firmware),
         )
 
     def load(self, burst: Burst) -> None:
@@ -92,7 +92,7 @@ class Autd3Backend:
         return self._call(self._client.states())
 
     def states_after(self, device_ns: int) -> Callable[[], DeviceStates]:
-        """Have the states read right after a device time; returns at once, call the result to wait for them."""
+        """Have the states read right after a device time, in the background; call the result for them."""
         opened = self._require_open()
         future = opened.loop.submit(opened.client.states_after(device_ns))
         return lambda: _result(future, opened.where, _CALL_S)
@@ -153,6 +153,11 @@ def _result(future: Future[T], where: str, timeout_s: float) -> T:
             where=where,
             do="check the devices' power and cables, then go on with --resume",
         ) from error
+
+
+def _written(version: FirmwareVersion) -> str:
+    """Return ``CPU: 0.12.0, FPGA: 0.12.0 [Emulator]``."""
+    return repr(version).removeprefix("FirmwareVersion(").removesuffix(")")
 
 
 def _leave(loop: BackgroundLoop, client: ArrayClient) -> None:

@@ -1,7 +1,7 @@
 """The SDK's client as the array needs it; asynchronous.
 
-No send is trusted: while devices are lost, or muted by their failsafe, the SDK reports success, so the state is
-read back.
+No send is trusted: while devices are lost, or muted by their failsafe, the SDK reports success, so the state
+is read back.
 """
 
 import asyncio
@@ -55,7 +55,7 @@ class ArrayClient:
             await self._client.send(command)
 
     def time_pair(self) -> TimePair:
-        """Pair the host's clock with the devices'; the tightest of five, some 0.5 us wide when undisturbed."""
+        """Pair the host's clock with the devices'; the tightest of five, within 0.5 us at best."""
         tries = [self._timed_pair() for _ in range(_TIME_PAIRS)]
         return min(tries, key=lambda timed: timed[0])[1]
 
@@ -148,7 +148,7 @@ async def open_client(
 
 
 def _option(interface: Interface) -> UdpOption:
-    """Return timeouts that hold on a busy machine, without recovery: a lost array is opened again on purpose."""
+    """Return timeouts that hold on a busy machine; no recovery, which would go on unasked."""
     return UdpOption(
         iface=interface,
         reply_timeout=Duration.from_millis(50),

@@ -90,7 +90,7 @@ class Backend(Protocol):
         """Read the devices' states; lost devices are counted, not raised."""
 
     def states_after(self, device_ns: int) -> Callable[[], DeviceStates]:
-        """Have the states read right after a device time; returns at once, call the result to wait for them."""
+        """Have the states read right after a device time, in the background; call the result for them."""
 
     def silence(self) -> None:
         """Cancel a pending start and end a playing burst, now."""

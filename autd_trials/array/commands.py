@@ -28,9 +28,9 @@ BURST_BANK = ModulationBank.B1
 def commands_to_open() -> list[Command]:
     """Return what makes devices of any history silent, with the silencer set.
 
-    The silencer takes 250 us, one modulation sample, for each step of the amplitude, and 1 ms for the phase: the
-    SDK's default, but the envelope is sampled for it (see `autd_trials.array.envelope`), so it is set
-    explicitly. The zero modulation comes before any pattern: after `Clear` the modulation is at its full value.
+    The silencer takes 250 us, one modulation sample, for each step of the amplitude, and 1 ms for the phase.
+    That is the SDK's default, but the envelope is sampled for it (see `autd_trials.array.envelope`), so it is
+    set explicitly. The zero modulation comes before any pattern: after `Clear` the modulation is at its full.
     """
     silencer = FixedCompletionTime(
         intensity=Duration.from_micros(250), phase=Duration.from_micros(1000), strict_mode=True
@@ -58,7 +58,7 @@ def commands_to_load(burst: Burst) -> list[Command]:
 
 
 def command_to_start(device_ns: int) -> Command:
-    """Return what starts the preloaded burst on all devices at a device time, which must lie on the 250 us grid."""
+    """Return what starts the preloaded burst on all devices at a device time on the 250 us grid."""
     return ActivateModulationBank(BURST_BANK, TransitionMode.SysTime(SysTime.from_nanos(device_ns)))
 
 

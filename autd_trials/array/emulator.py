@@ -1,7 +1,7 @@
 """The SDK's firmware emulator in a process of its own.
 
-``python -m autd_trials.array.emulator 18`` prints the address of 18 emulated devices and runs until its standard
-input ends, that is, also when its parent dies.
+``python -m autd_trials.array.emulator 18`` prints the address of 18 emulated devices and runs until its
+standard input ends, that is, also when its parent dies.
 """
 
 import contextlib

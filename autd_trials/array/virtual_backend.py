@@ -1,4 +1,4 @@
-"""Devices that exist in this process only, in the host clock's time; they keep what they would have emitted."""
+"""Devices that exist in this process only, in the host clock's time; they keep what they would emit."""
 
 import contextlib
 import math
