@@ -1,6 +1,6 @@
 """The experimenter's live screen: a listener that draws the session's status."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import timedelta
 
@@ -11,6 +11,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from autd_trials.clock import Clock
 from autd_trials.console.status import Phase, Status, fold
 from autd_trials.session.events import Event
 
@@ -29,15 +30,16 @@ class Screen:
     ----------
     console
         Where to draw.
-    session_time_s
-        Returns the session's time now in s.
+    clock
+        The machine's clock.
     unblind
         Show the condition of the running trial. Whoever scores a raised hand must be blind to it.
     """
 
-    def __init__(self, console: Console, session_time_s: Callable[[], float], *, unblind: bool) -> None:
+    def __init__(self, console: Console, clock: Clock, *, unblind: bool) -> None:
         self._status = Status()
-        self._session_time_s = session_time_s
+        self._clock = clock
+        self._start_s = clock.now_s()
         self._unblind = unblind
         self._live = Live(
             console=console, get_renderable=self._render, refresh_per_second=8, transient=True, screen=False
@@ -45,6 +47,7 @@ class Screen:
 
     def __call__(self, event: Event) -> None:
         """Take an event in."""
+        self._start_s = self._clock.now_s() - event.t_s
         self._status = fold(self._status, event)
 
     @contextmanager
@@ -63,7 +66,7 @@ class Screen:
             self._live.start()
 
     def _render(self) -> RenderableType:
-        return render(self._status, self._session_time_s(), unblind=self._unblind)
+        return render(self._status, self._clock.now_s() - self._start_s, unblind=self._unblind)
 
 
 def render(status: Status, t_s: float, *, unblind: bool) -> RenderableType:

@@ -23,6 +23,10 @@ class Interrupts:
             self.abort_requested = True
         self.pause_requested = True
 
+    def request_pause(self) -> None:
+        """Ask for a pause, however often."""
+        self.pause_requested = True
+
     def request_abort(self) -> None:
         """Ask for an abort at once."""
         self.pause_requested = True

@@ -23,6 +23,9 @@ class Operator(Protocol):
     def confirmed_by(self) -> ConfirmedBy:
         """Who confirms: a person, or nobody (an unattended run)."""
 
+    def poll(self) -> None:
+        """Take in what was typed while trials run; never waits, turns it into requests to pause or abort."""
+
     def read_out(self, instructions: str) -> None:
         """Return when the instructions were read out to the participant."""
 
@@ -40,6 +43,9 @@ class Unattended:
     """Confirms everything at once and ends the session where a person would have to decide."""
 
     confirmed_by: ConfirmedBy = "unattended"
+
+    def poll(self) -> None:
+        """Nobody types."""
 
     def read_out(self, instructions: str) -> None:
         """Nobody reads."""

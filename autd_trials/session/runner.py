@@ -13,6 +13,7 @@ from autd_trials.session.interrupts import Interrupts
 from autd_trials.session.operator import Operator
 from autd_trials.session.presses import PressBook
 from autd_trials.session.recorder import Recorder
+from autd_trials.session.silence import silence
 from autd_trials.session.trial import TrialRunner
 from autd_trials.session.watch import Watch
 
@@ -71,7 +72,7 @@ class SessionRunner:
         self._blocks = plan.blocks
         self._masker_started = False
         presses = PressBook(recorder)
-        self._watch = Watch(devices, clock, interrupts, recorder, presses)
+        self._watch = Watch(devices, operator, clock, interrupts, recorder, presses)
         self._trials = TrialRunner(protocol, devices, clock, recorder, presses, self._watch)
 
     def run(self) -> None:
@@ -87,12 +88,12 @@ class SessionRunner:
         try:
             self._run_blocks()
         except BaseException as error:
-            self._devices.array.abort()
+            silence(self._devices.array, self._recorder, self._clock)
             aborted = isinstance(error, StoppedByPerson | KeyboardInterrupt)
             why = error.what if isinstance(error, TrialsError) else repr(error)
             self._recorder.record(SessionEnd, status="aborted" if aborted else "failed", why=why)
             raise
-        self._devices.array.abort()
+        silence(self._devices.array, self._recorder, self._clock)
         self._recorder.record(SessionEnd, status="success", why="all trials complete")
 
     def _run_blocks(self) -> None:
@@ -186,7 +187,7 @@ class SessionRunner:
             return
 
     def _ask_to_go_on(self, reason: str) -> bool:
-        self._devices.array.abort()
+        silence(self._devices.array, self._recorder, self._clock)
         self._recorder.record(Pause, reason=reason)
         decision = self._operator.decide_after_pause(reason)
         self._interrupts.clear()

@@ -11,6 +11,7 @@ from autd_trials.session.devices import Devices, array_stimulus
 from autd_trials.session.events import StimulusStart, TrialEnd, TrialStart
 from autd_trials.session.presses import PressBook, TrialWindow
 from autd_trials.session.recorder import Recorder
+from autd_trials.session.silence import silence
 from autd_trials.session.watch import Watch
 
 _RESERVE_S = 0.03
@@ -66,7 +67,7 @@ class TrialRunner:
             completion = self.devices.array.finish()
             self.watch.until(window.end_s + _GRACE_S)
         except BaseException:
-            self.devices.array.abort()
+            silence(self.devices.array, self.recorder, self.clock)
             self.recorder.record(
                 TrialEnd,
                 trial=trial.trial,

@@ -5,6 +5,7 @@ from autd_trials.errors import DeviceError, StoppedByPerson
 from autd_trials.session.devices import Devices
 from autd_trials.session.events import Fault
 from autd_trials.session.interrupts import Interrupts
+from autd_trials.session.operator import Operator
 from autd_trials.session.presses import PressBook
 from autd_trials.session.recorder import Recorder
 
@@ -13,9 +14,16 @@ class Watch:
     """Waits while it takes presses in and looks at the masker and at requests to abort."""
 
     def __init__(
-        self, devices: Devices, clock: Clock, interrupts: Interrupts, recorder: Recorder, presses: PressBook
+        self,
+        devices: Devices,
+        operator: Operator,
+        clock: Clock,
+        interrupts: Interrupts,
+        recorder: Recorder,
+        presses: PressBook,
     ) -> None:
         self._devices = devices
+        self._operator = operator
         self._clock = clock
         self._interrupts = interrupts
         self._recorder = recorder
@@ -40,6 +48,7 @@ class Watch:
                 return
 
     def _look(self) -> None:
+        self._operator.poll()
         if self._interrupts.abort_requested:
             raise StoppedByPerson("aborted by the experimenter")
         if self._devices.masker is None:

@@ -1,0 +1,34 @@
+"""`autd-trials analyse`: from a recorded study to tables and the figure."""
+
+import argparse
+from pathlib import Path
+
+from autd_trials.commands.output import print_json, print_text, say
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.add_argument("study", metavar="STUDY", type=Path, help="the study's folder, such as data/chest")
+    parser.add_argument("--out", type=Path, help="where results go (STUDY/derivatives/analysis)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Analyse the study and write the results."""
+    import json
+
+    from analysis.writing import RESULTS_FILE, plain_words, write_results
+
+    from analysis.study import analyse
+    from autd_trials.records.layout import analysis_folder
+
+    results = analyse(options.study)
+    folder = options.out or analysis_folder(options.study)
+    write_results(results, folder)
+    if options.json:
+        print_json(json.loads((folder / RESULTS_FILE).read_text(encoding="utf-8")))
+    else:
+        print_text(plain_words(results))
+    say(f"figure, tables and results: {folder}")
+    say(f"data set: {options.study}")
+    return 0

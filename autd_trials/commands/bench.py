@@ -1,0 +1,166 @@
+"""What a session is run with: a person at a terminal, or a simulated participant."""
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from datetime import datetime
+
+from autd_trials.clock import Clock, RealClock, VirtualClock
+from autd_trials.commands.study import Study
+from autd_trials.errors import UsageError
+from autd_trials.protocol.plan import Plan
+from autd_trials.protocol.schema import Protocol
+from autd_trials.rig.build import NO_AUDIO, Builder
+from autd_trials.session.devices import Devices
+from autd_trials.session.interrupts import Interrupts
+from autd_trials.session.operator import Operator, Unattended
+from autd_trials.session.recorder import Listener
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A session's clock, devices (not yet open), operator and listeners; `remarks` go into the log."""
+
+    clock: Clock
+    devices: Devices
+    operator: Operator
+    interrupts: Interrupts
+    listeners: Sequence[Listener]
+    simulated: bool
+    virtual: bool
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What the command line says about how sessions are run."""
+
+    simulated: bool
+    real_time: bool
+    unattended: bool
+    unblind: bool
+    audio: str | None
+
+
+@contextmanager
+def bench(
+    study: Study,
+    choices: Choices,
+    protocol: Protocol,
+    plan: Plan,
+    *,
+    start_utc: datetime,
+    exposure_used_s: float,
+) -> Iterator[Bench]:
+    """Set a bench up for the sessions of a plan, and clear it away.
+
+    Parameters
+    ----------
+    study, choices
+        Rig and calibration, and what the command line says.
+    protocol, plan
+        What is to be done; a resumed session's come from its log.
+    start_utc
+        Wall-clock time at which virtual time begins.
+    exposure_used_s
+        Exposure that the session has used before, in s at full drive.
+    """
+    virtual = choices.simulated and not choices.real_time
+    clock: Clock = VirtualClock(start_utc) if virtual else RealClock()
+    builder = Builder(
+        study.loaded_rig.rig,
+        study.loaded_rig.calibration,
+        protocol,
+        clock,
+        virtual=virtual,
+        audio=choices.audio,
+    )
+    interrupts = Interrupts()
+    with ExitStack() as stack:
+        stack.enter_context(interrupts.on_signals())
+        operator, listeners, devices = (
+            _simulated(stack, builder, plan, choices, exposure_used_s)
+            if choices.simulated
+            else _live(stack, builder, plan, choices, interrupts, exposure_used_s)
+        )
+        yield Bench(
+            clock,
+            devices,
+            operator,
+            interrupts,
+            listeners,
+            simulated=choices.simulated,
+            virtual=virtual,
+            remarks=_remarks(protocol, choices),
+        )
+
+
+_Parts = tuple[Operator, Sequence[Listener], Devices]
+
+
+def _simulated(
+    stack: ExitStack,
+    builder: Builder,
+    plan: Plan,
+    choices: Choices,
+    exposure_used_s: float,
+) -> _Parts:
+    from autd_trials.participants.simulated import SimulatedParticipant
+
+    participant = SimulatedParticipant(builder.clock, seed=plan.seed, place=plan.place, session=plan.session)
+    participant.check(plan)
+    devices = builder.simulated(participant, exposure_used_s=exposure_used_s, seed=plan.seed)
+    return Unattended(), [_watcher(stack, builder.clock, choices)], devices
+
+
+def _watcher(stack: ExitStack, clock: Clock, choices: Choices) -> Listener:
+    """Return a screen where there is a terminal and somebody has time to look at it, else lines."""
+    from autd_trials.console.lines import Lines
+
+    if not choices.real_time or not sys.stderr.isatty():
+        return Lines(sys.stderr, blocks=choices.real_time)
+    from rich.console import Console
+
+    from autd_trials.console.screen import Screen
+
+    screen = Screen(Console(stderr=True), clock, unblind=choices.unblind)
+    stack.enter_context(screen.shown())
+    return screen
+
+
+def _live(
+    stack: ExitStack,
+    builder: Builder,
+    plan: Plan,
+    choices: Choices,
+    interrupts: Interrupts,
+    exposure_used_s: float,
+) -> _Parts:
+    if choices.unattended and not builder.rig.emulated:
+        raise UsageError(
+            f"rig {builder.rig.name!r} has a real array: a person must confirm", do="leave --yes out"
+        )
+    from rich.console import Console
+
+    from autd_trials.console.operator import TerminalOperator
+    from autd_trials.console.screen import Screen
+    from autd_trials.terminal import Terminal
+
+    terminal = Terminal(builder.clock)
+    stack.enter_context(terminal)
+    console = Console(stderr=True)
+    screen = Screen(console, builder.clock, unblind=choices.unblind)
+    stack.enter_context(screen.shown())
+    operator: Operator = (
+        Unattended()
+        if choices.unattended
+        else TerminalOperator(terminal, screen, console, interrupts, builder.clock)
+    )
+    return operator, [screen], builder.live(terminal, exposure_used_s=exposure_used_s, seed=plan.seed)
+
+
+def _remarks(protocol: Protocol, choices: Choices) -> tuple[str, ...]:
+    if protocol.masking is not None and choices.audio == NO_AUDIO:
+        return ("deviation: the protocol asks for masking noise; it was declined with --audio none",)
+    return ()

@@ -1,0 +1,152 @@
+"""Devices, built from a rig file. The only place that decides what is real."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from autd_trials.calibration.file import Calibration
+from autd_trials.clock import Clock
+from autd_trials.errors import UsageError
+from autd_trials.protocol.schema import Protocol
+from autd_trials.rig.schema import (
+    EmulatedSoundSpec,
+    LimitsSpec,
+    NetworkLinkSpec,
+    RealSoundSpec,
+    Rig,
+    SerialSpec,
+)
+from autd_trials.session.devices import Devices
+
+if TYPE_CHECKING:
+    from autd_trials.array.driver import ArrayDriver
+    from autd_trials.array.limits import Limits
+    from autd_trials.masking.level import Headphones
+    from autd_trials.masking.masker import Masker
+    from autd_trials.participants.simulated import SimulatedParticipant
+    from autd_trials.protocol.schema import Safety
+    from autd_trials.responses.responder import Responder
+    from autd_trials.terminal import Terminal
+
+NO_AUDIO = "none"
+
+
+@dataclass(frozen=True)
+class Builder:
+    """Builds the devices of a session.
+
+    Parameters
+    ----------
+    rig, calibration, protocol
+        What the session runs on, where the units are, what is to be done.
+    clock
+        The session's clock.
+    virtual
+        The clock is virtual: the array is the in-process one, and nothing plays.
+    audio
+        What the command line says about sound: None (as the rig says), "none", or a device.
+    """
+
+    rig: Rig
+    calibration: Calibration
+    protocol: Protocol
+    clock: Clock
+    virtual: bool
+    audio: str | None = None
+
+    def live(self, terminal: "Terminal", *, exposure_used_s: float, seed: int) -> Devices:
+        """Return the devices of a session with a person."""
+        return Devices(
+            self.array(exposure_used_s), self._masker(seed, simulated=False), self._responder(terminal)
+        )
+
+    def simulated(self, participant: "SimulatedParticipant", *, exposure_used_s: float, seed: int) -> Devices:
+        """Return the devices of a session with a simulated participant.
+
+        Raises
+        ------
+        UsageError
+            The rig's array is real: nobody is there to be stimulated.
+        """
+        if not self.rig.emulated:
+            raise UsageError(
+                f"rig {self.rig.name!r} has a real array; simulated participants only run on an emulated one",
+                do="leave out --simulate, or use a rig whose array.link is emulator",
+            )
+        return Devices(self.array(exposure_used_s), self._masker(seed, simulated=True), participant)
+
+    def array(self, exposure_used_s: float = 0.0) -> "ArrayDriver":
+        """Return the array with the limits of both rig and protocol."""
+        from autd_trials.acoustics.air import speed_of_sound_m_s
+        from autd_trials.array.autd3_backend import Autd3Backend, EmulatorLink, NetworkLink
+        from autd_trials.array.phased_array import PhasedArray
+        from autd_trials.array.virtual_backend import VirtualBackend
+
+        link = self.rig.array.link
+        real = NetworkLink(link.interface) if isinstance(link, NetworkLinkSpec) else EmulatorLink()
+        return PhasedArray(
+            self.calibration.unit_poses(),
+            VirtualBackend(self.clock) if self.virtual else Autd3Backend(real, self.clock),
+            _limits(self.rig.array.limits).and_also(_limits(self.protocol.safety)),
+            self.clock,
+            speed_of_sound_m_s=speed_of_sound_m_s(self.rig.array.air_temperature_c),
+            exposure_used_s=exposure_used_s,
+        )
+
+    def _masker(self, seed: int, *, simulated: bool) -> "Masker | None":
+        """Return the masker; None where the protocol asks for none or --audio none declined it."""
+        from autd_trials.masking.emulated import EmulatedMasker
+        from autd_trials.masking.level import resolve_level
+        from autd_trials.masking.player import SoundMasker
+
+        masking = self.protocol.masking
+        if masking is None or self.audio == NO_AUDIO:
+            return None
+        sound = self.rig.sound
+        if self.audio is None and sound is None:
+            raise UsageError(
+                f"protocol {self.protocol.name!r} asks for masking; rig {self.rig.name!r} has no sound",
+                do="add a sound section to the rig file, name a device with --audio DEVICE, "
+                "or run without masking with --audio none (the log will say so)",
+            )
+        headphones = _headphones(sound)
+        level = resolve_level(
+            level_dbfs=masking.level_dbfs, level_dba=masking.level_dba, headphones=headphones
+        )
+        if self.audio is None and (simulated or not isinstance(sound, RealSoundSpec)):
+            return EmulatedMasker(level.dbfs, self.clock, level_dba=level.dba)
+        rate_hz = sound.sample_rate_hz if isinstance(sound, RealSoundSpec) else 48_000
+        device = (
+            self.audio if self.audio is not None else sound.device if isinstance(sound, RealSoundSpec) else ""
+        )
+        return SoundMasker(
+            device, level.dbfs, level_dba=level.dba, seed=seed, sample_rate_hz=rate_hz, clock=self.clock
+        )
+
+    def _responder(self, terminal: "Terminal") -> "Responder":
+        from autd_trials.responses.keyboard import KeyboardResponder
+        from autd_trials.responses.serial_box import SerialBox
+
+        spec = self.rig.responses
+        if isinstance(spec, SerialSpec):
+            return SerialBox(spec.port, spec.protocol, self.clock)
+        return KeyboardResponder(terminal, spec.keys)
+
+
+def _limits(spec: "LimitsSpec | Safety") -> "Limits":
+    from autd_trials.array.limits import Limits
+
+    return Limits(
+        largest_drive=spec.largest_drive,
+        longest_burst_s=spec.longest_burst_s,
+        largest_duty=spec.largest_duty,
+        session_exposure_s=spec.session_exposure_s,
+    )
+
+
+def _headphones(sound: EmulatedSoundSpec | RealSoundSpec | None) -> "Headphones | None":
+    from autd_trials.masking.level import Headphones
+
+    if not isinstance(sound, RealSoundSpec) or sound.headphones is None:
+        return None
+    spec = sound.headphones
+    return Headphones(spec.sensitivity_db_per_v, spec.full_scale_v_rms, spec.checked, spec.note)

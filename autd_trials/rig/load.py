@@ -1,0 +1,62 @@
+"""Finding and loading rig files and the calibration they name."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from autd_trials.calibration.file import Calibration, load_calibration
+from autd_trials.errors import UsageError
+from autd_trials.rig.schema import Rig
+from autd_trials.yamlfile import load_model
+from autd_trials.yamlfile.shipped import find_shipped
+
+
+@dataclass(frozen=True)
+class LoadedRig:
+    """A rig, and where its units are."""
+
+    rig: Rig
+    calibration: Calibration
+    calibration_sha256: str
+
+
+def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
+    """Load a rig file and its calibration.
+
+    Parameters
+    ----------
+    name_or_path
+        The bare name of a shipped rig, or a path.
+    now
+        Against which the calibration's age is judged; aware.
+
+    Raises
+    ------
+    UsageError
+        A file is missing or wrong, or the calibration is older than the rig allows.
+    """
+    path = find_shipped(name_or_path, package="protocols.rigs", kind="rig")
+    rig = load_model(path, Rig)
+    calibration_path = path.parent / rig.calibration.file
+    if not calibration_path.is_file():
+        raise UsageError(
+            f"the calibration file {calibration_path} does not exist",
+            where=str(path),
+            do="calibrate the units, or correct calibration.file",
+        )
+    calibration, sha256 = load_calibration(calibration_path)
+    _refuse_old(calibration, rig, calibration_path, now)
+    return LoadedRig(rig, calibration, sha256)
+
+
+def _refuse_old(calibration: Calibration, rig: Rig, path: Path, now: datetime) -> None:
+    oldest_days = rig.calibration.oldest_days
+    if oldest_days is None:
+        return
+    age_days = (now - calibration.time.astimezone(UTC)).total_seconds() / 86400
+    if age_days > oldest_days:
+        raise UsageError(
+            f"the calibration is {age_days:.1f} days old; rig {rig.name!r} allows {oldest_days:g}",
+            where=str(path),
+            do="calibrate again: units that were moved since miss the target",
+        )
