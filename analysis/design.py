@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from analysis.sessions import LoggedSession
 from autd_trials.errors import UsageError
-from autd_trials.protocol.schema import Comparison, Factor, Level, Protocol
+from autd_trials.protocol.schema import Comparison, Factor, Level, Protocol, Study
 
 Condition = tuple[tuple[str, Level], ...]
 """Factors and the level that each has, in the study's order of factors."""
@@ -43,9 +43,10 @@ class StudyFactor:
 
 @dataclass(frozen=True)
 class Design:
-    """A study's factors, those within blocks first, and its planned comparisons."""
+    """A study's factors, those within blocks first, its planned comparisons, and whose study it is."""
 
     protocol: str
+    study: Study
     factors: tuple[StudyFactor, ...]
     comparisons: tuple[Comparison, ...]
 
@@ -95,7 +96,7 @@ def study_design(sessions: Sequence[LoggedSession]) -> Design:
     newest = newest_first[0].start.protocol
     _require_same_factors(newest_first)
     factors = tuple(_study_factor(name, newest_first) for name in _factors(newest))
-    design = Design(newest.name, factors, newest.comparisons)
+    design = Design(newest.name, newest.study, factors, newest.comparisons)
     for comparison in design.comparisons:
         _require_known(comparison, design, where=str(newest_first[0].log))
     return design

@@ -80,7 +80,9 @@ def save_figure(results: Results, folder: Path, stem: str = "rates") -> list[Pat
     with mpl.rc_context(_STYLE):
         figure = draw_figure(results)
         for kind, file in zip(FORMATS, files, strict=True):
-            figure.savefig(file, format=kind, dpi=300, metadata=_METADATA[kind])
+            half = file.with_name(f".{file.name}.part")
+            figure.savefig(half, format=kind, dpi=300, metadata=_METADATA[kind])
+            half.replace(file)
     return files
 
 

@@ -1,0 +1,32 @@
+"""What was computed and how, in words that go with every result."""
+
+from collections.abc import Mapping
+
+METHODS: Mapping[str, str] = {
+    "trials": "Only complete trials with an answer are counted; the remarks say what was not counted.",
+    "participant_rate": (
+        "A participant's rate is felt / trials, with Wilson's 95 % score interval, which takes the trials as "
+        "independent and equally likely to be felt."
+    ),
+    "rate": (
+        "A condition's rate is the mean of the participants' rates, with Student's 95 % t interval over "
+        "participants, whose ends are kept within 0..1; no interval for one participant or if all have the "
+        "same rate."
+    ),
+    "false_alarm_rate": "The share of catch trials answered as felt; undefined without catch trials.",
+    "difference": (
+        "A planned comparison is the mean over participants of rate at first minus rate at second, with "
+        "Student's 95 % t interval; participants without both rates are left out and named. Over factors "
+        "that are not compared, cells are averaged, each counting the same."
+    ),
+    "sign_flip": (
+        "Exact two-sided sign-flip test of the mean difference over all 2^n sign patterns; its least p is "
+        "2 / 2^k with k differences that are not zero."
+    ),
+    "paired_t": "Paired t test, two-sided; not testable if all differences are equal. dz is mean / SD.",
+    "holm": (
+        "Holm's adjustment over all planned comparisons together, for each of the two tests by itself; "
+        "comparisons that could not be tested do not count."
+    ),
+}
+"""A sentence or two for each quantity of the results."""

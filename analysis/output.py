@@ -1,0 +1,134 @@
+"""Writing the results: tables, one JSON file, the figure, and what makes the folder a BIDS derivative."""
+
+import hashlib
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from analysis.figures import save_figure
+from analysis.methods import METHODS
+from analysis.result_tables import ResultTable, result_tables
+from analysis.study import Results
+from autd_trials.errors import DeviceError
+from autd_trials.records.disk import replace_text
+from autd_trials.records.table import json_text, tsv
+
+_BIDS_VERSION = "1.10.0"
+
+
+def write_results(results: Results, folder: Path) -> list[Path]:
+    """Write everything that the analysis of a study gives.
+
+    Parameters
+    ----------
+    results
+        The study's results.
+    folder
+        Where to, ``derivatives/analysis`` of the study; made if it is not there. Files of the same names are
+        replaced, others are left alone.
+
+    Returns
+    -------
+    list of Path
+        The files written. The same results give the same bytes.
+
+    Raises
+    ------
+    DeviceError
+        The disk refuses.
+    """
+    tables = result_tables(results)
+    texts = {f"{table.name}.tsv": tsv(table.columns, table.rows) for table in tables} | {
+        "results.json": json_text(results_json(results)),
+        "dataset_description.json": json_text(_dataset_description(results)),
+        "README.md": _readme(results, tables),
+        ".bidsignore": "*.tsv\n*.json\n*.png\n*.svg\n*.pdf\n",
+    }
+    try:
+        for name, text in texts.items():
+            replace_text(folder / name, text)
+        figures = save_figure(results, folder)
+    except OSError as error:
+        raise DeviceError(
+            f"disk: cannot write the results: {error.strerror or error}",
+            where=str(folder),
+            do="make room or give a folder that can be written to",
+        ) from error
+    return [*(folder / name for name in texts), *figures]
+
+
+def results_json(results: Results) -> dict[str, Any]:
+    """Return all results of a study as one JSON object: methods, warnings, inputs and the tables' rows.
+
+    Parameters
+    ----------
+    results
+        The study's results.
+
+    Returns
+    -------
+    dict
+        Only what JSON has; what is missing or undefined is null.
+    """
+    trials = results.trials
+    used = trials.table["used"]
+    return {
+        "protocol": trials.design.protocol,
+        "simulated": results.simulated,
+        "participants": len(trials.participants),
+        "sessions": trials.sessions,
+        "trials": int(used.sum()),
+        "attempts_not_counted": int((~used).sum()),
+        "warnings": list(results.warnings),
+        "methods": dict(METHODS),
+        **{table.name: list(table.rows) for table in result_tables(results)},
+        "inputs": {path.name: _sha256(path) for path in trials.inputs},
+        "software": {name: version(name) for name in ("autd-trials", "numpy", "scipy", "pandas")},
+    }
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _dataset_description(results: Results) -> dict[str, Any]:
+    mark = " (simulated)" if results.simulated else ""
+    return {
+        "Name": f"{results.trials.design.protocol}: analysis{mark}",
+        "BIDSVersion": _BIDS_VERSION,
+        "HEDVersion": "8.3.0",
+        "DatasetType": "derivative",
+        "License": results.trials.design.study.license,
+        "Authors": list(results.trials.design.study.authors),
+        "GeneratedBy": [
+            {
+                "Name": "autd-trials",
+                "Version": version("autd-trials"),
+                "Description": "Rates and planned comparisons, made from the trial tables.",
+            }
+        ],
+        "SourceDatasets": [{"URL": "bids:raw:"}],
+        "DatasetLinks": {"raw": "../.."},
+    }
+
+
+def _readme(results: Results, tables: Sequence[ResultTable]) -> str:
+    """Return what a person who opens the folder should read first."""
+    origin = "SIMULATED PARTICIPANTS: these are no data about people.\n\n" if results.simulated else ""
+    warnings = "".join(f"- {warning}\n" for warning in results.warnings) or "None.\n"
+    methods = "".join(f"- {method}\n" for method in METHODS.values())
+    described = "".join(
+        f"### {table.name}.tsv\n\n{table.about}\n\n"
+        + "".join(f"- `{column.name}`: {column.description}\n" for column in table.columns)
+        + "\n"
+        for table in tables
+    )
+    return (
+        f"{origin}# {results.trials.design.protocol}: results\n\n"
+        "Made from the study's trial tables by `autd-trials analyse`; everything here can be made again.\n"
+        "The figure is `rates.png`, `rates.svg` and `rates.pdf`; all numbers are in `results.json` too.\n\n"
+        f"## Methods\n\n{methods}\n"
+        f"## Remarks on the data\n\n{warnings}\n"
+        f"## Tables\n\nMissing or undefined is `n/a`.\n\n{described}"
+    ).rstrip("\n") + "\n"

@@ -1,0 +1,227 @@
+"""The results as tables: rows, and what every column means."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from analysis.comparisons import DIFFERENCE_INTERVAL, ComparisonResult
+from analysis.design import StudyFactor, format_level
+from analysis.intervals import Interval
+from analysis.rates import GROUP_INTERVAL, PARTICIPANT_INTERVAL, ConditionRate, ParticipantRate
+from analysis.study import Results
+from autd_trials.records.table import Column
+
+Value = str | float | bool | None
+Row = dict[str, Value]
+
+NO_CATCH_TRIALS = "undefined: the study has no catch trials"
+
+_PARTICIPANT = Column("participant", "The participant's label.")
+_SIMULATED = Column(
+    "simulated", "Whether participants were simulated: if yes, these are no data about people."
+)
+_NOTES = Column("notes", "What could not be computed, and why.")
+_ENDS = (
+    Column("interval_low", "Lower end of the interval; n/a where none can be given."),
+    Column("interval_high", "Upper end of the interval; n/a where none can be given."),
+    Column("interval", "Kind of the interval."),
+)
+_COUNTS = (
+    Column("felt", "Number of these trials answered as felt."),
+    Column("trials", "Number of trials counted: complete and answered."),
+)
+_PARTICIPANT_RATE = (
+    Column("rate", "felt / trials; averaged over kinds of blocks where several are taken together."),
+    *_ENDS,
+    *_COUNTS,
+    _NOTES,
+    _SIMULATED,
+)
+_CONDITION_RATE = (
+    Column("rate", "Mean of the participants' rates, each participant counting the same."),
+    *_ENDS,
+    Column("participants", "Number of participants who have a rate there."),
+    *_COUNTS,
+    _NOTES,
+    _SIMULATED,
+)
+_COMPARISON = (
+    Column("factor", "The factor compared."),
+    Column("first", "The level subtracted from."),
+    Column("second", "The level subtracted."),
+    Column("at", "The level of the other factor at which they were compared; n/a if over all trials."),
+    Column("participants", "Number of participants who have both rates."),
+    Column("mean_difference", "Mean over participants of the rate at first minus the rate at second."),
+    Column("sd_difference", "Standard deviation (n - 1) of these differences over participants."),
+    *_ENDS,
+    Column("sign_flip_p", "p of the exact sign-flip test of the differences, two-sided; n/a: not testable."),
+    Column("sign_flip_p_holm", "The same after Holm's adjustment."),
+    Column(
+        "sign_flip_least_p", "Smallest p that the sign-flip test could have given with these differences."
+    ),
+    Column("sign_flip_nonzero", "Number of participants whose difference is not zero."),
+    Column("sign_flip_tests", "Number of sign-flip tests adjusted for: all planned ones that were testable."),
+    Column("t", "Statistic of the paired t test, two-sided; n/a: not testable."),
+    Column("t_df", "Its degrees of freedom."),
+    Column("t_p", "Its p."),
+    Column("t_p_holm", "Its p after Holm's adjustment."),
+    Column("t_tests", "Number of t tests adjusted for: all planned ones that were testable."),
+    Column("t_dz", "Standardised mean difference: mean_difference / sd_difference."),
+    _NOTES,
+    _SIMULATED,
+)
+_SIGNIFICANT_DIGITS = 10
+
+
+@dataclass(frozen=True)
+class ResultTable:
+    """A table of results.
+
+    Attributes
+    ----------
+    name
+        The file's name without its ending.
+    about
+        What the table holds.
+    columns
+        The columns in order, each described.
+    rows
+        Cells by column; None is missing or undefined.
+    """
+
+    name: str
+    about: str
+    columns: tuple[Column, ...]
+    rows: tuple[Row, ...]
+
+
+def result_tables(results: Results) -> tuple[ResultTable, ...]:
+    """Return all results of a study as tables.
+
+    Parameters
+    ----------
+    results
+        The study's results.
+
+    Returns
+    -------
+    tuple of ResultTable
+        The same tables for every study; what is undefined is said in a row of its own.
+    """
+    design = results.trials.design
+    mark: Row = {"simulated": results.simulated}
+    cells, blocks = _factor_columns(design.factors), _factor_columns(design.between_blocks)
+    undefined: Row = {"trials": 0, "notes": NO_CATCH_TRIALS}
+    return (
+        ResultTable(
+            "rates",
+            "Detection rate in every condition, over participants.",
+            (*cells, *_CONDITION_RATE),
+            _rows(mark, map(_condition_row, results.rates)),
+        ),
+        ResultTable(
+            "rates_by_participant",
+            "Detection rate in every condition, of each participant.",
+            (_PARTICIPANT, *cells, *_PARTICIPANT_RATE),
+            _rows(mark, map(_participant_row, results.participant_rates)),
+        ),
+        ResultTable(
+            "comparisons",
+            "The planned comparisons, each participant compared with himself or herself.",
+            _COMPARISON,
+            _rows(mark, map(_comparison_row, results.comparisons)),
+        ),
+        ResultTable(
+            "false_alarms",
+            "False-alarm rate (catch trials answered as felt), over participants.",
+            (*blocks, *_CONDITION_RATE),
+            _rows(mark, map(_condition_row, results.false_alarms or ()), or_else=undefined),
+        ),
+        ResultTable(
+            "false_alarms_by_participant",
+            "False-alarm rate (catch trials answered as felt), of each participant.",
+            (_PARTICIPANT, *blocks, *_PARTICIPANT_RATE),
+            _rows(mark, map(_participant_row, results.participant_false_alarms or ()), or_else=undefined),
+        ),
+    )
+
+
+def _factor_columns(factors: Sequence[StudyFactor]) -> tuple[Column, ...]:
+    return tuple(
+        Column(factor.name, "Level of this factor; n/a: over all its levels together.") for factor in factors
+    )
+
+
+def _rows(mark: Row, rows: Iterable[Row], or_else: Row | None = None) -> tuple[Row, ...]:
+    """Return the rows, each with the mark; where there are none, `or_else` instead."""
+    made = list(rows) or ([or_else] if or_else else [])
+    return tuple({key: _rounded(value) for key, value in row.items()} | mark for row in made)
+
+
+def _rounded(value: Value) -> Value:
+    # The last digits of a float may differ between machines; the tables shall not.
+    return float(f"{value:.{_SIGNIFICANT_DIGITS}g}") if isinstance(value, float) else value
+
+
+def _interval_cells(interval: Interval | None, kind: str) -> Row:
+    return {
+        "interval_low": interval.low if interval else None,
+        "interval_high": interval.high if interval else None,
+        "interval": kind,
+    }
+
+
+def _participant_row(rate: ParticipantRate) -> Row:
+    averaged = rate.rate is not None and rate.interval is None
+    return {
+        "participant": rate.participant,
+        **dict(rate.condition),
+        "rate": None if rate.rate is None else float(rate.rate),
+        **_interval_cells(rate.interval, PARTICIPANT_INTERVAL),
+        "felt": rate.felt,
+        "trials": rate.n,
+        "notes": "mean over kinds of blocks, so no interval" if averaged else None,
+    }
+
+
+def _condition_row(rate: ConditionRate) -> Row:
+    return {
+        **dict(rate.condition),
+        "rate": rate.mean,
+        **_interval_cells(rate.interval, GROUP_INTERVAL),
+        "participants": rate.participants,
+        "felt": rate.felt,
+        "trials": rate.n,
+        "notes": None if rate.interval else _why_no_interval(rate.participants),
+    }
+
+
+def _why_no_interval(participants: int) -> str:
+    if participants > 1:
+        return "no interval: all participants have the same rate"
+    return f"no interval over {participants} participant(s)"
+
+
+def _comparison_row(result: ComparisonResult) -> Row:
+    sign_flip, paired_t = result.sign_flip, result.paired_t
+    return {
+        "factor": result.factor,
+        "first": format_level(result.first),
+        "second": format_level(result.second),
+        "at": "; ".join(f"{name} {format_level(level)}" for name, level in result.at) or None,
+        "participants": result.participants,
+        "mean_difference": result.mean,
+        "sd_difference": result.sd,
+        **_interval_cells(result.interval, DIFFERENCE_INTERVAL),
+        "sign_flip_p": sign_flip.p if sign_flip else None,
+        "sign_flip_p_holm": result.sign_flip_holm,
+        "sign_flip_least_p": sign_flip.floor if sign_flip else None,
+        "sign_flip_nonzero": sign_flip.nonzero if sign_flip else None,
+        "sign_flip_tests": result.sign_flip_tests,
+        "t": paired_t.t if paired_t else None,
+        "t_df": paired_t.df if paired_t else None,
+        "t_p": paired_t.p if paired_t else None,
+        "t_p_holm": result.paired_t_holm,
+        "t_tests": result.paired_t_tests,
+        "t_dz": paired_t.dz if paired_t else None,
+        "notes": "; ".join(result.notes) or None,
+    }

@@ -1,0 +1,116 @@
+"""A short reading of the results for the terminal."""
+
+from collections.abc import Iterator, Sequence
+
+from analysis.comparisons import ComparisonResult
+from analysis.design import describe_condition
+from analysis.rates import ConditionRate
+from analysis.study import Results
+from analysis.wording import difference_label, format_interval, format_p, format_rate, level_label
+
+
+def plain_words(results: Results) -> str:
+    """Return the results in plain words: rates, comparisons, false alarms and warnings.
+
+    Parameters
+    ----------
+    results
+        The study's results.
+
+    Returns
+    -------
+    str
+        Several lines without a final newline.
+    """
+    return "\n".join(
+        [
+            *_heading(results),
+            "",
+            "Detection rate (mean over participants, 95 % t interval):",
+            *_rate_lines(results.rates),
+            "",
+            *_false_alarm_lines(results),
+            "",
+            *_comparison_lines(results.comparisons),
+            *_warning_lines(results.warnings),
+        ]
+    )
+
+
+def _heading(results: Results) -> Iterator[str]:
+    trials = results.trials
+    kind = "simulated " if results.simulated else ""
+    yield (
+        f"{trials.design.protocol}: {len(trials.participants)} {kind}participant(s), "
+        f"{trials.sessions} session(s), {int(trials.table['used'].sum())} trials counted"
+    )
+    if results.simulated:
+        yield "SIMULATED PARTICIPANTS: these are no data about people."
+
+
+def _rate_lines(rates: Sequence[ConditionRate]) -> Iterator[str]:
+    names = [describe_condition(rate.condition) for rate in rates]
+    width = max(map(len, names), default=0)
+    for name, rate in zip(names, rates, strict=True):
+        yield (
+            f"  {name:<{width}}  {format_rate(rate.mean)} {format_interval(rate.interval):<14}"
+            f"  n = {rate.participants}  ({rate.felt}/{rate.n} trials)"
+        )
+
+
+def _false_alarm_lines(results: Results) -> Iterator[str]:
+    if results.false_alarms is None:
+        yield "False-alarm rate: undefined, the study has no catch trials."
+        return
+    yield "False-alarm rate (catch trials answered as felt; mean over participants, 95 % t interval):"
+    yield from _rate_lines(results.false_alarms)
+
+
+def _comparison_lines(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
+    if not comparisons:
+        yield "The protocol plans no comparison."
+        return
+    yield "Planned comparisons (within participants, two-sided; Holm over all of them):"
+    for result in comparisons:
+        yield f"  {describe_condition(result.at)}: {_difference(result)}"
+        yield f"    {_tests(result)}"
+
+
+def _difference(result: ComparisonResult) -> str:
+    if result.mean is None:
+        return f"{difference_label(result)}: no participant has both rates"
+    first, second = level_label(result.first), level_label(result.second)
+    change = (
+        f"the same mean rate with {first} as with {second}"
+        if result.mean == 0
+        else f"felt {'more' if result.mean > 0 else 'less'} often with {first} than with {second}"
+    )
+    interval = f"{format_rate(result.mean)} {format_interval(result.interval)}"
+    return f"{change}, difference {interval}, n = {result.participants}"
+
+
+def _tests(result: ComparisonResult) -> str:
+    parts = []
+    if result.sign_flip:
+        parts.append(
+            f"sign-flip {_p(result.sign_flip.p)} (Holm {format_p(result.sign_flip_holm)}; "
+            f"least possible {format_p(result.sign_flip.floor)})"
+        )
+    if result.paired_t:
+        parts.append(
+            f"t({result.paired_t.df}) = {result.paired_t.t:.2f}, {_p(result.paired_t.p)} "
+            f"(Holm {format_p(result.paired_t_holm)}), dz = {result.paired_t.dz:.2f}"
+        )
+    return "; ".join([*parts, *result.notes])
+
+
+def _p(p: float) -> str:
+    text = format_p(p)
+    return f"p {text}" if text.startswith("<") else f"p = {text}"
+
+
+def _warning_lines(warnings: Sequence[str]) -> Iterator[str]:
+    if warnings:
+        yield ""
+        yield "To know before using these numbers:"
+        yield from (f"  - {warning}" for warning in warnings)
