@@ -8,7 +8,7 @@ from autd_trials.calibration.file import Calibration, load_calibration
 from autd_trials.errors import UsageError
 from autd_trials.rig.schema import Rig
 from autd_trials.yamlfile import load_model
-from autd_trials.yamlfile.shipped import find_shipped
+from autd_trials.yamlfile.shipped import find_file
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
     UsageError
         A file is missing or wrong, or the calibration is older than the rig allows.
     """
-    path = find_shipped(name_or_path, package="protocols.rigs", kind="rig")
+    path = find_file(name_or_path, kind="rig", package="protocols.rigs")
     rig = load_model(path, Rig)
     calibration_path = path.parent / rig.calibration.file
     if not calibration_path.is_file():
