@@ -1,0 +1,107 @@
+"""The calibration file: where each unit stands, and how well that is known."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, field_validator
+
+from autd_trials.array.geometry import UnitPose, is_rotation
+from autd_trials.yamlfile import load_with_sha256
+
+Row3 = tuple[float, float, float]
+Row6 = tuple[float, float, float, float, float, float]
+Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+_IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Residuals(_Model):
+    """What was left between the mapped points, in mm. Small residuals do not prove a good focus."""
+
+    rms_mm: float = Field(ge=0, description="Root mean square, outliers left out.")
+    largest_mm: float = Field(ge=0, description="Largest, outliers left out.")
+
+
+class Counts(_Model):
+    """How many points the pose rests on."""
+
+    points: int = Field(ge=0, description="Paired points.")
+    outliers: int = Field(ge=0, description="Points among them that were left out.")
+
+
+class CalibratedUnit(_Model):
+    """One unit; a point p of its own lies at ``rotation p + translation_mm`` in the calibrated frame."""
+
+    name: str = Field(min_length=1, description="What people call the unit.")
+    rotation: tuple[Row3, Row3, Row3] = Field(description="Rotation matrix, row by row.")
+    translation_mm: Row3 = Field(description="The unit's origin in mm.")
+    residuals: Residuals | None = Field(None, description="Left out where nothing was measured.")
+    counts: Counts | None = Field(None, description="Left out where nothing was measured.")
+    covariance: tuple[Row6, Row6, Row6, Row6, Row6, Row6] | None = Field(
+        None, description="Of x, y, z in mm and the rotation vector in rad; left out where unknown."
+    )
+
+    @field_validator("rotation")
+    @classmethod
+    def _must_be_a_rotation(cls, rows: tuple[Row3, Row3, Row3]) -> tuple[Row3, Row3, Row3]:
+        if not is_rotation(np.array(rows)):
+            raise ValueError(
+                "this is not a rotation matrix: its rows must be orthonormal and its determinant +1, "
+                "within 1e-6; calibrate again, or write it with nine digits"
+            )
+        return rows
+
+
+class Calibration(_Model):
+    """Where the units stand, in one frame: that of the first unit."""
+
+    frame: str = Field(min_length=1, description="What the calibrated frame is, in words.")
+    made_up: bool = Field(description="True for poses that nobody measured.")
+    method: str = Field(min_length=1, description="How the poses were found.")
+    time: AwareDatetime = Field(description="When, with the time zone: 2026-11-22T09:30:00Z.")
+    inputs: dict[str, Sha256] = Field(
+        default_factory=dict, description="SHA-256 of each file that the poses were computed from."
+    )
+    units: tuple[CalibratedUnit, ...] = Field(min_length=1, description="In the order of wiring.")
+
+    @field_validator("units")
+    @classmethod
+    def _must_be_in_the_first_ones_frame(
+        cls, units: tuple[CalibratedUnit, ...]
+    ) -> tuple[CalibratedUnit, ...]:
+        if units[0].rotation != _IDENTITY or any(units[0].translation_mm):
+            raise ValueError(
+                f"the calibrated frame is the first unit's, so the pose of {units[0].name!r} "
+                "must be the identity matrix and [0, 0, 0]"
+            )
+        names = [unit.name for unit in units]
+        if len(set(names)) < len(names):
+            raise ValueError(f"each unit needs a name of its own; these are {', '.join(names)}")
+        return units
+
+    def unit_poses(self) -> list[UnitPose]:
+        """Return the units' poses, in order."""
+        return [
+            UnitPose(unit.name, np.array(unit.rotation), np.array(unit.translation_mm)) for unit in self.units
+        ]
+
+
+def load_calibration(path: Path) -> tuple[Calibration, str]:
+    """Read and validate a calibration file.
+
+    Returns
+    -------
+    tuple[Calibration, str]
+        The calibration, and the SHA-256 (hexadecimal) of the bytes it was read from.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read or is no valid calibration; the message has a line for each problem.
+    """
+    return load_with_sha256(path, Calibration)
