@@ -28,10 +28,21 @@ class StudySession:
 
 @dataclass(frozen=True)
 class NewSession:
-    """A session about to begin: where its files will lie, and its participant's place in the roster."""
+    """A session about to begin.
+
+    Parameters
+    ----------
+    paths
+        Where its files will lie.
+    place
+        The participant's place in the roster, from 1.
+    number
+        The session's number: the one in its id, else how many sessions its participant then has.
+    """
 
     paths: SessionPaths
     place: int
+    number: int
 
 
 def study_sessions(study: Path) -> list[StudySession]:
@@ -67,7 +78,7 @@ def find_session(study: Path, participant: str | None = None, session: str | Non
     wanted = named if session is not None else [found for found in named if not found.progress.finished]
     if len(wanted) == 1:
         return wanted[0]
-    listing = "".join(f"\n  {_describe(found)}" for found in named)
+    listing = "".join(f"\n  {_describe(found)}" for found in wanted or named)
     raise UsageError(
         f"{'several sessions' if wanted else 'no session'} to go on with{':' if listing else ''}{listing}",
         where=str(study),
@@ -119,7 +130,9 @@ def new_session(study: Path, task: str, participant: str, session: str | None = 
             where=str(paths.log),
             do="choose another session id, or go on with this one with --resume",
         )
-    return NewSession(paths, place_of(study, participant))
+    earlier = [path for path in log_paths(study) if path.parent.parent.name == f"sub-{participant}"]
+    number = int(paths.session) if paths.session.isdecimal() else len(earlier) + 1
+    return NewSession(paths, place_of(study, participant), number)
 
 
 def next_participant(study: Path) -> str:

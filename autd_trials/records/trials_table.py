@@ -1,11 +1,11 @@
 """The table of trials of a session (``_events.tsv``): one row for every attempt at a trial."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from autd_trials.errors import UsageError
 from autd_trials.protocol.plan import PlannedTrial
-from autd_trials.protocol.schema import Factor, Level, Protocol, StimulusSpec
+from autd_trials.protocol.schema import Factor, Protocol, StimulusSpec
 from autd_trials.records.log import LogContents
 from autd_trials.records.table import Column, Value, cell, to_us
 from autd_trials.session.events import Event, ResponseMade, StimulusStart, TrialEnd, TrialStart
@@ -13,9 +13,9 @@ from autd_trials.session.events import Event, ResponseMade, StimulusStart, Trial
 _LEADING = (
     Column(
         "onset",
-        "Onset of the stimulus (of the silent interval in a catch trial), timed by the array and counted from "
-        "the session's start. A trial interrupted before its stimulus was started has the time at which it "
-        "began.",
+        "Onset of the stimulus (of the silent interval in a catch trial), timed by the array and counted "
+        "from the session's start. A trial interrupted before its stimulus was started has the time at "
+        "which it began.",
         units="s",
     ),
     Column(
@@ -48,7 +48,8 @@ _LEADING = (
 _TRAILING = (
     Column(
         "drive",
-        "Commanded peak pressure amplitude as a fraction of the array's largest; 0 in catch trials.",
+        "Commanded peak pressure amplitude as a fraction of the array's largest; in catch trials 0, or n/a "
+        "if the drive is a factor.",
         units="1",
     ),
     Column(
@@ -80,12 +81,6 @@ _TRAILING = (
     ),
     Column("underruns", "Gaps in the masking noise during the trial."),
 )
-
-_RESERVED = frozenset(
-    {column.name for column in (*_LEADING, *_TRAILING)} - {"drive"}
-    | {"value", "sample", "stim_file", "channel", "event_role", "participant", "session"}
-)
-"""Names with a meaning of their own here, in BIDS or in the analysis. As a factor `drive` means the same."""
 
 _UNITS = {"_hz": "Hz", "_s": "s", "_mm": "mm", "_db": "dB", "_pa": "Pa"}
 
@@ -155,8 +150,8 @@ class _Attempt:
             "block": self.planned.block,
             "attempt": self.number,
             "trial_status": "complete" if complete else "interrupted",
-            **{_column_name(name): level for name, level in self.planned.conditions.items()},
             "drive": self.planned.stimulus.drive,
+            **self.planned.conditions,
             "response": end.response if end else None,
             "response_time": to_us(end.response_time_s) if end else None,
             "onset_lateness": to_us(stimulus.onset_t_s - stimulus.planned_onset_t_s) if stimulus else None,
@@ -192,16 +187,13 @@ def _factor_column(name: str, factor: Factor, where: str) -> Column:
     units = next((unit for suffix, unit in _UNITS.items() if name.endswith(suffix)), None)
     numeric = all(isinstance(level, float) for level in factor.levels)
     return Column(
-        _column_name(name),
+        name,
         f"Factor {name}, {where}; n/a where it does not apply.{meaning}",
         units=units if numeric else None,
-        levels={} if numeric else _described_levels(factor.levels, factor.describe),
+        levels=_described_levels(factor) if factor.describe or not numeric else {},
     )
 
 
-def _described_levels(levels: tuple[Level, ...], describe: Mapping[str, str]) -> dict[str, str]:
-    return {cell(level): describe.get(str(level), str(level)) for level in levels}
-
-
-def _column_name(factor: str) -> str:
-    return f"factor_{factor}" if factor in _RESERVED else factor
+def _described_levels(factor: Factor) -> dict[str, str]:
+    spelled = [cell(level) for level in factor.levels]
+    return {level: factor.describe.get(level, level) for level in spelled}
