@@ -77,7 +77,8 @@ class Builder:
     def array(self, exposure_used_s: float = 0.0) -> "ArrayDriver":
         """Return the array with the limits of both rig and protocol."""
         from autd_trials.acoustics.air import speed_of_sound_m_s
-        from autd_trials.array.autd3_backend import Autd3Backend, EmulatorLink, NetworkLink
+        from autd_trials.array.autd3_backend import Autd3Backend
+        from autd_trials.array.link import EmulatorLink, NetworkLink
         from autd_trials.array.phased_array import PhasedArray
         from autd_trials.array.virtual_backend import VirtualBackend
 

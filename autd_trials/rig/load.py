@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from autd_trials.calibration.file import Calibration, load_calibration
-from autd_trials.errors import UsageError
+from autd_trials.errors import UnsafeError, UsageError
 from autd_trials.rig.schema import Rig
 from autd_trials.yamlfile import load_model
 from autd_trials.yamlfile.shipped import find_file
@@ -34,6 +34,8 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
     ------
     UsageError
         A file is missing or wrong, or the calibration is older than the rig allows.
+    UnsafeError
+        The calibration is made up and the array is real.
     """
     path = find_file(name_or_path, kind="rig", package="protocols.rigs")
     rig = load_model(path, Rig)
@@ -45,8 +47,18 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
             do="calibrate the units, or correct calibration.file",
         )
     calibration, sha256 = load_calibration(calibration_path)
+    _refuse_made_up(calibration, rig, calibration_path)
     _refuse_old(calibration, rig, calibration_path, now)
     return LoadedRig(rig, calibration, sha256)
+
+
+def _refuse_made_up(calibration: Calibration, rig: Rig, path: Path) -> None:
+    if calibration.made_up and not rig.emulated:
+        raise UnsafeError(
+            f"this calibration is made up; rig {rig.name!r} has a real array, whose focus would be elsewhere",
+            where=str(path),
+            do="calibrate the units",
+        )
 
 
 def _refuse_old(calibration: Calibration, rig: Rig, path: Path, now: datetime) -> None:
