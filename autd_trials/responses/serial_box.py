@@ -15,7 +15,7 @@ from autd_trials.responses.responder import Presentation, Press, ResponderInfo
 if TYPE_CHECKING:
     from serial import Serial
 
-_HOST_UNCERTAINTY_S = 0.0032
+_HOST_UNCERTAINTY_S = 0.005
 """99 % of presses over a pseudo-terminal were stamped within this; measured (docs/decisions/0037)."""
 
 _USB_FRAME_S = 0.001
