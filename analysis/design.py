@@ -90,16 +90,13 @@ def study_design(sessions: Sequence[LoggedSession]) -> Design:
     Raises
     ------
     UsageError
-        The sessions were not recorded with the same factors, or a comparison names what is not there.
+        The sessions were not recorded with the same factors.
     """
     newest_first = sorted(sessions, key=lambda session: (session.start.utc, session.name), reverse=True)
     newest = newest_first[0].start.protocol
     _require_same_factors(newest_first)
     factors = tuple(_study_factor(name, newest_first) for name in _factors(newest))
-    design = Design(newest.name, newest.study, factors, newest.comparisons)
-    for comparison in design.comparisons:
-        _require_known(comparison, design, where=str(newest_first[0].log))
-    return design
+    return Design(newest.name, newest.study, factors, newest.comparisons)
 
 
 def _is_number(text: str, number: float) -> bool:
@@ -141,18 +138,3 @@ def _shape(protocol: Protocol) -> str:
         for names in (protocol.factors.within_block, protocol.factors.between_blocks)
     )
     return f"within blocks: {within}; between blocks: {between}"
-
-
-def _require_known(comparison: Comparison, design: Design, *, where: str) -> None:
-    levels = {factor.name: factor.levels for factor in design.factors}
-    unknown = [name for name in (comparison.factor, comparison.at_each) if name not in {None, *levels}] or [
-        f"{comparison.factor} {format_level(level)}"
-        for level in (comparison.first, comparison.second)
-        if level not in levels[comparison.factor]
-    ]
-    if unknown:
-        raise UsageError(
-            f"a planned comparison names {' and '.join(map(str, unknown))}, which the protocol does not have",
-            where=where,
-            do="restore the log as it was recorded",
-        )
