@@ -58,7 +58,6 @@ def export_study(study: Path) -> list[Path]:
 
 
 def _study_texts(study: Path, sessions: list[StudySession]) -> dict[Path, str]:
-    task = sessions[0].paths.task
     people = [participant_row(group) for group in _by_participant(sessions)]
     return {
         study / "dataset_description.json": json_text(dataset_description(sessions)),
@@ -66,13 +65,13 @@ def _study_texts(study: Path, sessions: list[StudySession]) -> dict[Path, str]:
         study / "CHANGES": changes_text(sessions),
         study / "participants.tsv": tsv(PARTICIPANT_COLUMNS, people),
         study / "participants.json": json_text(describe(PARTICIPANT_COLUMNS)),
-        study / f"task-{task}_events.json": json_text(task_description(sessions)),
     }
 
 
 def _session_texts(study: Path, sessions: list[StudySession]) -> dict[Path, str]:
+    task_sidecar = study / f"task-{sessions[0].paths.task}_events.json"
     columns = trial_columns(session.log.start.protocol for session in sessions)
-    texts = {}
+    texts: dict[Path, str] = {}
     for group in _by_participant(sessions):
         name = f"sub-{group[0].paths.participant}"
         texts[study / name / f"{name}_sessions.tsv"] = tsv(SESSION_COLUMNS, map(session_row, group))
@@ -80,6 +79,7 @@ def _session_texts(study: Path, sessions: list[StudySession]) -> dict[Path, str]
         for session in group:
             if rows := trial_rows(session.log):
                 texts[session.paths.events] = tsv(columns, rows)
+                texts[task_sidecar] = json_text(task_description(sessions))
     return texts
 
 

@@ -26,11 +26,16 @@ class EventLog:
         The log's path.
     file
         The same, open unbuffered for reading and writing.
+    durable
+        Whether every event waits for the disk. Without it events survive the end of the process at any
+        moment, but not that of the machine: enough for simulated sessions in virtual time, which can be run
+        again.
     """
 
-    def __init__(self, path: Path, file: BinaryIO) -> None:
+    def __init__(self, path: Path, file: BinaryIO, *, durable: bool) -> None:
         self._path = path
         self._file = file
+        self._durable = durable
         try:
             hold(file.fileno())
         except OSError as error:
@@ -40,7 +45,7 @@ class EventLog:
             ) from error
 
     @classmethod
-    def create(cls, path: Path) -> Self:
+    def create(cls, path: Path, *, durable: bool = True) -> Self:
         """Start a new log; its folders are made.
 
         Raises
@@ -52,7 +57,7 @@ class EventLog:
         """
         try:
             _make_folder(path.parent)
-            log = cls(path, cast(BinaryIO, path.open("x+b", buffering=0)))
+            log = cls(path, cast(BinaryIO, path.open("x+b", buffering=0)), durable=durable)
             sync_folder(path.parent)
         except FileExistsError as error:
             raise UsageError(
@@ -65,7 +70,7 @@ class EventLog:
         return log
 
     @classmethod
-    def reopen(cls, path: Path) -> Self:
+    def reopen(cls, path: Path, *, durable: bool = True) -> Self:
         """Go on with a log. A torn last line stays; the next event starts on a line of its own.
 
         Raises
@@ -76,7 +81,7 @@ class EventLog:
             The disk refuses.
         """
         try:
-            return cls(path, cast(BinaryIO, path.open("r+b", buffering=0)))
+            return cls(path, cast(BinaryIO, path.open("r+b", buffering=0)), durable=durable)
         except FileNotFoundError as error:
             raise UsageError(
                 "there is no such session", where=str(path), do="start it without --resume"
@@ -85,7 +90,7 @@ class EventLog:
             raise _disk_error(path, error) from error
 
     def append(self, event: Event) -> None:
-        """Return when the event is on the disk.
+        """Return when the event is on the disk (if the log is not durable: when the system has it).
 
         Raises
         ------
@@ -97,7 +102,8 @@ class EventLog:
             size = self._file.seek(0, os.SEEK_END)
             try:
                 self._write(line if self._at_line_start(size) else b"\n" + line)
-                os.fsync(self._file.fileno())
+                if self._durable:
+                    os.fsync(self._file.fileno())
             except OSError:
                 self._take_back(size)
                 raise

@@ -39,7 +39,7 @@ def readme_text(sessions: Sequence[StudySession], never_begun: Sequence[Path]) -
     ordered = by_time(sessions)
     newest = ordered[-1].log.start.protocol
     parts = [
-        _FIRST_LINE[simulated(ordered)],
+        _first_line(ordered),
         f"# {newest.study.title}",
         newest.description.strip(),
         _section("Protocol", _protocol_lines(newest, ordered)),
@@ -58,6 +58,14 @@ def readme_text(sessions: Sequence[StudySession], never_begun: Sequence[Path]) -
         ),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _first_line(sessions: Sequence[StudySession]) -> str:
+    silent = [session for session in sessions if emulated(session)]
+    if not silent:
+        return _FIRST_LINE[simulated(sessions)]
+    where = "The" if len(silent) == len(sessions) else "In some sessions the"
+    return f"{_FIRST_LINE[simulated(sessions)]} **{where} array was emulated: nothing was emitted.**"
 
 
 def _section(title: str, text: str) -> str:

@@ -256,14 +256,14 @@ class SessionScript:
         self.t_s += 0.75
         return self
 
-    def save(self, study: Path) -> Path:
+    def save(self, study: Path, *, durable: bool = False) -> Path:
         path = SessionPaths(study, self.participant, self.session, self.protocol.task).log
-        write_log(path, self.events)
+        write_log(path, self.events, durable=durable)
         return path
 
 
-def write_log(path: Path, events: Sequence[Event]) -> None:
-    with EventLog.create(path) as log:
+def write_log(path: Path, events: Sequence[Event], *, durable: bool = False) -> None:
+    with EventLog.create(path, durable=durable) as log:
         for event in events:
             log.append(event)
 

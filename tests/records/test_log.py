@@ -144,6 +144,16 @@ def test_a_log_is_never_overwritten(tmp_path: Path) -> None:
     assert path.read_bytes() == before
 
 
+@pytest.mark.parametrize("durable", [True, False])
+def test_an_event_is_in_the_file_when_append_returns(tmp_path: Path, *, durable: bool) -> None:
+    path = tmp_path / "log.jsonl"
+    script = SessionScript().trial(1)
+    with EventLog.create(path, durable=durable) as log:
+        for number, event in enumerate(script.events, start=1):
+            log.append(event)
+            assert list(read_log(path).events) == script.events[:number]
+
+
 def test_a_log_without_events_is_removed_again(tmp_path: Path) -> None:
     path = tmp_path / "log.jsonl"
     log = EventLog.create(path)
