@@ -10,23 +10,26 @@ if TYPE_CHECKING:
 
 
 class Playback:
-    """Play a loop from its beginning, for ever, until asked to stop.
+    """Play some silence, then a loop from its beginning, for ever, until asked to stop.
 
     Parameters
     ----------
     loop
         One period of the noise.
+    lead_samples
+        Length of the silence.
     ramp_samples
         Length of the ramps in and out.
     """
 
-    def __init__(self, loop: "NDArray[np.float32]", ramp_samples: int) -> None:
+    def __init__(self, loop: "NDArray[np.float32]", *, lead_samples: int, ramp_samples: int) -> None:
         import numpy as np
 
         rise = raised_cosine(ramp_samples)
         self._loop = loop
+        self._lead_samples = lead_samples
         # The last value of each holds for ever after, which `take` with "clip" makes of it.
-        self._rise = np.append(rise, np.float32(1))
+        self._rise = np.concatenate([np.zeros(lead_samples), rise, [1]]).astype(np.float32)
         self._fall = np.append(rise[::-1], np.float32(0))
         self._stopping = False
         self._stopped_at: int | None = None
@@ -49,7 +52,7 @@ class Playback:
         if self._stopping and self._stopped_at is None:
             self._stopped_at = self.frames
         position = self.frames + np.arange(len(block))
-        noise = self._loop.take(position, mode="wrap")
+        noise = self._loop.take(position - self._lead_samples, mode="wrap")
         noise *= self._rise.take(position, mode="clip")
         if self._stopped_at is not None:
             noise *= self._fall.take(position - self._stopped_at, mode="clip")

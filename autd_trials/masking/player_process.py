@@ -35,6 +35,8 @@ _STALL_S = 0.5
 _WATCH_S = 0.05
 _ALIVE_EVERY_S = 0.2
 _RAMP_OUT_DEADLINE_S = 0.7
+_LEAD_S = 0.1  # of silence: a device may swallow its first sound (9 ms were seen), and with it the ramp
+_MARGIN_S = 0.03
 
 
 @dataclass(frozen=True)
@@ -135,11 +137,15 @@ class _Output:
 
     def __init__(self, settings: PlayerSettings) -> None:
         self.device: OutputDevice = find_device(settings.device, list_devices())
-        self._playback = Playback(_loop(settings), round(RAMP_S * settings.sample_rate_hz))
+        rate_hz = settings.sample_rate_hz
+        self._playback = Playback(
+            _loop(settings), lead_samples=round(_LEAD_S * rate_hz), ramp_samples=round(RAMP_S * rate_hz)
+        )
         self._underruns: deque[float] = deque()
         self._called_s = time.monotonic()
+        self._played_out_s = self._called_s
         self._stream = self._open(settings)
-        self._buffered_frames = self._stream.latency * settings.sample_rate_hz
+        self._buffered_frames = (_LEAD_S + self._stream.latency) * rate_hz + 2 * _BLOCK_FRAMES
 
     def _open(self, settings: PlayerSettings) -> Any:  # sounddevice has no types
         import sounddevice
@@ -166,16 +172,19 @@ class _Output:
         except sounddevice.PortAudioError as error:
             raise _refused(self.device, error) from error
 
-    def _fill(self, block: "NDArray[np.float32]", _frames: int, _time: object, status: Any) -> None:
+    def _fill(self, block: "NDArray[np.float32]", frames: int, at: Any, status: Any) -> None:
         self._called_s = time.monotonic()
         if status.output_underflow:
             self._underruns.append(self._called_s)
+        if not self._playback.ended:
+            delay_s = max(self._stream.latency, at.outputBufferDacTime - at.currentTime)
+            self._played_out_s = self._called_s + delay_s + frames / self._stream.samplerate
         self._playback.fill(block)
 
     @property
     def flowing(self) -> bool:
-        """Whether the device took more than fits into its buffer, so that it is playing."""
-        return bool(self._playback.frames > self._buffered_frames + 2 * _BLOCK_FRAMES)
+        """Whether the device took more than it can hold, so that the noise is sounding."""
+        return bool(self._playback.frames > self._buffered_frames)
 
     @property
     def ended(self) -> bool:
@@ -195,9 +204,11 @@ class _Output:
         """Fade, and wait until the device has played what it took; but not for ever."""
         self._playback.stop()
         deadline_s = time.monotonic() + _RAMP_OUT_DEADLINE_S
-        while not self._playback.ended and time.monotonic() < deadline_s:
+        # What PulseAudio has not played yet is dropped when the stream ends: so silence follows until it has.
+        while not (self._playback.ended and time.monotonic() > self._played_out_s + _MARGIN_S):
+            if time.monotonic() > deadline_s:
+                return
             time.sleep(0.01)
-        time.sleep(max(0.0, min(self._stream.latency, deadline_s - time.monotonic())))
 
 
 def _loop(settings: PlayerSettings) -> "NDArray[np.float32]":

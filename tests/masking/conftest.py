@@ -31,7 +31,7 @@ class SoundServer:
             [
                 *("pulseaudio", "-n", "--daemonize=no", "--exit-idle-time=-1", "--disable-shm=yes"),
                 *("-L", f"module-native-protocol-unix auth-anonymous=1 socket={folder}/native"),
-                *("-L", f"module-null-sink sink_name=bench rate={RATE_HZ} channels=2 format=float32le"),
+                *("-L", f"module-null-sink sink_name=bench rate={RATE_HZ} format=float32le norewinds=1"),
             ],
             env={**os.environ, "HOME": str(folder), "XDG_RUNTIME_DIR": str(runtime)},
             stdout=subprocess.DEVNULL,

@@ -9,6 +9,7 @@ from autd_trials.masking.noise import raised_cosine
 from autd_trials.masking.playback import Playback
 
 LOOP = np.random.default_rng(1).normal(size=500).astype(np.float32)
+LEAD = 150
 RAMP = 100
 blocks = st.lists(st.integers(1, 400), min_size=1, max_size=20)
 
@@ -24,14 +25,14 @@ def _play(playback: Playback, sizes: list[int]) -> NDArray[np.float32]:
 
 def _endless(samples: int) -> NDArray[np.float32]:
     """What is played without an end, made in one piece."""
-    gain = np.ones(samples, dtype=np.float32)
-    gain[:RAMP] = raised_cosine(RAMP)[:samples]
-    return np.tile(LOOP, samples // len(LOOP) + 1)[:samples] * gain
+    noise = np.tile(LOOP, samples // len(LOOP) + 1)
+    noise[:RAMP] *= raised_cosine(RAMP)
+    return np.concatenate([np.zeros(LEAD, dtype=np.float32), noise])[:samples]
 
 
 @given(blocks)
 def test_blocks_join_into_the_loop_on_both_channels(sizes: list[int]) -> None:
-    played = _play(Playback(LOOP, RAMP), sizes)
+    played = _play(Playback(LOOP, lead_samples=LEAD, ramp_samples=RAMP), sizes)
     expected = _endless(sum(sizes))
     assert np.array_equal(played[:, 0], expected)
     assert np.array_equal(played[:, 1], expected)
@@ -39,7 +40,7 @@ def test_blocks_join_into_the_loop_on_both_channels(sizes: list[int]) -> None:
 
 @given(before=blocks, after=st.lists(st.integers(1, 400), max_size=20))
 def test_stop_ramps_out_and_then_is_silent(before: list[int], after: list[int]) -> None:
-    playback = Playback(LOOP, RAMP)
+    playback = Playback(LOOP, lead_samples=LEAD, ramp_samples=RAMP)
     _play(playback, before)
     playback.stop()
     assert not playback.ended
@@ -52,7 +53,7 @@ def test_stop_ramps_out_and_then_is_silent(before: list[int], after: list[int]) 
 
 
 def test_ended_only_when_the_whole_ramp_was_handed_out() -> None:
-    playback = Playback(LOOP, RAMP)
+    playback = Playback(LOOP, lead_samples=LEAD, ramp_samples=RAMP)
     playback.stop()
     _play(playback, [RAMP - 1])
     assert not playback.ended
@@ -61,5 +62,5 @@ def test_ended_only_when_the_whole_ramp_was_handed_out() -> None:
 
 
 def test_blocks_longer_than_the_loop_wrap() -> None:
-    played = _play(Playback(LOOP, RAMP), [3 * len(LOOP) + 7])
+    played = _play(Playback(LOOP, lead_samples=LEAD, ramp_samples=RAMP), [3 * len(LOOP) + 7])
     assert np.array_equal(played[:, 0], _endless(3 * len(LOOP) + 7))
