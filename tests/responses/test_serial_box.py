@@ -6,6 +6,8 @@ import tty
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from autd_trials.clock import RealClock
 from autd_trials.errors import DeviceError
@@ -63,6 +65,24 @@ def test_ten_thousand_presses_in_a_burst_between_noise_all_come_in_order(line: P
     assert [press.device_time_s for press in presses] == [n / 1000 for n in range(10_000)]
     assert all(first.time_s <= second.time_s for first, second in itertools.pairwise(presses))
     assert garbage_bytes == 100 * len(noise)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    times_ms=st.lists(st.integers(0, 2**32 - 1), min_size=1, max_size=50),
+    cuts=st.lists(st.integers(0, 10_000), max_size=20),
+)
+def test_same_presses_however_the_bytes_are_written(
+    line: PseudoTerminal, times_ms: list[int], cuts: list[int]
+) -> None:
+    data = b"".join(b"B1 %d\r\n" % ms for ms in times_ms)
+    bounds = [0, *sorted(cut % (len(data) + 1) for cut in cuts), len(data)]
+    box = SerialBox(line.name, LineProtocol(), RealClock())
+    box.open()
+    for start, end in itertools.pairwise(bounds):
+        line.send(data[start:end])
+    assert [press.device_time_s for press in read_all(box, len(times_ms))] == [ms / 1000 for ms in times_ms]
+    box.close()
 
 
 def test_bounces_are_kept(line: PseudoTerminal) -> None:
