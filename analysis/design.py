@@ -68,7 +68,7 @@ def conditions(factors: Sequence[StudyFactor]) -> tuple[Condition, ...]:
 
 def describe_condition(condition: Condition) -> str:
     """Return a condition in words, as in ``modulation_hz 25, clothing inner``."""
-    return ", ".join(f"{name} {format_level(level)}" for name, level in condition) or "all trials"
+    return ", ".join(f"{name} {format_level(level)}" for name, level in condition) or "overall"
 
 
 def format_level(level: float | str) -> str:

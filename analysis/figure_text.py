@@ -1,18 +1,21 @@
 """The text below the figure: the tests as a table, and what one must know to read the figure."""
 
 import textwrap
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from analysis.comparisons import ComparisonResult
 from analysis.study import Results
 from analysis.wording import (
+    comparison_label,
     comparison_names,
     difference_label,
     factor_label,
     format_interval,
     format_p,
     format_rate,
+    numbered,
 )
 
 if TYPE_CHECKING:
@@ -84,7 +87,8 @@ def _table(results: Results) -> tuple[tuple[str, ...], ...]:
     if not results.comparisons:
         return ()
     at = {name for result in results.comparisons for name, _ in result.at}
-    first = factor_label(at.pop()) if len(at) == 1 else "comparison"
+    named_by_level = len(at) == 1 and not numbered(results.comparisons)
+    first = factor_label(at.pop()) if named_by_level else "comparison"
     headings = tuple(upper for upper, _ in _HEADINGS), (first, *(lower for _, lower in _HEADINGS[1:]))
     names = comparison_names(results.comparisons)
     return (*headings, *(_row(name, result) for name, result in zip(names, results.comparisons, strict=True)))
@@ -99,29 +103,39 @@ def _row(name: str, result: ComparisonResult) -> tuple[str, ...]:
         format_p(sign_flip.p if sign_flip else None),
         format_p(result.sign_flip_holm),
         format_p(sign_flip.floor if sign_flip else None),
-        f"{paired_t.t:.2f} ({paired_t.df})" if paired_t else "not testable",
+        f"{format_rate(paired_t.t)} ({paired_t.df})" if paired_t else "n/a",
         format_p(paired_t.p if paired_t else None),
         format_p(result.paired_t_holm),
-        f"{paired_t.dz:.2f}" if paired_t else "n/a",
+        format_rate(paired_t.dz if paired_t else None),
     )
 
 
 def _notes(results: Results) -> tuple[str, ...]:
-    people = len(results.trials.participants)
     notes = [
-        f"Small markers: the {people} participants, a line joins the same participant. "
-        "Large markers: mean of the participants' rates; bars: 95 % t interval over participants.",
+        f"Small markers: participants (n = {len(results.trials.participants)}; lines join the same one). "
+        "Large markers: mean over participants; bars: its 95 % t interval.",
+        *_comparison_notes(results.comparisons),
     ]
-    if results.comparisons:
-        subtracted = ", ".join(dict.fromkeys(difference_label(result) for result in results.comparisons))
-        tests = results.comparisons[0].sign_flip_tests, results.comparisons[0].paired_t_tests
-        family = f"{tests[0]}" if tests[0] == tests[1] else f"{tests[0]} sign-flip and {tests[1]} t"
-        notes.append(
-            f"Difference: {subtracted}, per participant. Tests two-sided; Holm: adjusted over "
-            f"{family} tests; least p: the smallest that the test could give."
-        )
     if results.false_alarms is None:
         notes.append("No catch trials: the false-alarm rate is undefined.")
     if results.warnings:
-        notes.append(f"{len(results.warnings)} remark(s) on the data: see results.json.")
+        notes.append(f"{len(results.warnings)} remark(s) on the data: see README.md beside this figure.")
     return tuple(line for note in notes for line in textwrap.wrap(note, _NOTE_CHARACTERS))
+
+
+def _comparison_notes(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
+    if not comparisons:
+        return
+    what = (
+        "; ".join(
+            f"{number}: {comparison_label(result)}" for number, result in enumerate(comparisons, start=1)
+        )
+        if numbered(comparisons)
+        else difference_label(comparisons[0])
+    )
+    tests = comparisons[0].sign_flip_tests, comparisons[0].paired_t_tests
+    family = f"{tests[0]}" if tests[0] == tests[1] else f"{tests[0]} sign-flip and {tests[1]} t"
+    yield (
+        f"Difference of rates: {what}. Tests two-sided; Holm: adjusted over {family} tests; "
+        "least p: the smallest this test could give."
+    )

@@ -22,6 +22,7 @@ from analysis.wording import (
     difference_label,
     factor_label,
     level_label,
+    numbered,
 )
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ def draw_figure(results: Results) -> "Figure":
         2 if results.comparisons else 1,
         width_ratios=[1.75, 1] if results.comparisons else None,
         left=0.075,
-        right=0.985,
+        right=0.985 if results.comparisons else 0.62,
         top=1 - _HEADER_IN / height_in,
         bottom=below_in / height_in,
         wspace=0.27,
@@ -161,7 +162,7 @@ def _draw_rates(axes: "Axes", results: Results) -> None:
         kept = [catch_colour] if catch_colour else []
         cells = [rate for rate in results.participant_false_alarms if bool(rate.condition) == bool(kept)]
         groups += _groups(marginal_rates(cells, kept), None, catch_colour)
-        labels.append("catch\n(false alarms)")
+        labels.append("catch trials")
     _prepare(axes, "Detection rate (felt / trials)", labels, factor_label(x_factor.name) if x_factor else "")
     axes.set_ylim(-0.04, 1.04)
     for place, columns in enumerate(groups):
@@ -176,7 +177,8 @@ def _draw_differences(axes: "Axes", results: Results) -> None:
     pairs = {difference_label(result) for result in results.comparisons}
     label = f"Difference in rate\n({pairs.pop()})" if len(pairs) == 1 else "Difference in rate"
     at = {name for result in results.comparisons for name, _ in result.at}
-    _prepare(axes, label, names, factor_label(at.pop()) if len(at) == 1 else "")
+    named_by_level = len(at) == 1 and not numbered(results.comparisons)
+    _prepare(axes, label, names, factor_label(at.pop()) if named_by_level else "Comparison")
     axes.axhline(0, color=INK, linewidth=0.7)
     for place, result in enumerate(results.comparisons):
         draw_columns(axes, place, [difference_column(result)])

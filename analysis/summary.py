@@ -6,7 +6,7 @@ from analysis.comparisons import ComparisonResult
 from analysis.design import describe_condition
 from analysis.rates import ConditionRate
 from analysis.study import Results
-from analysis.wording import difference_label, format_interval, format_p, format_rate, level_label
+from analysis.wording import compared_label, difference_label, format_interval, format_p, format_rate
 
 
 def plain_words(results: Results) -> str:
@@ -79,7 +79,7 @@ def _comparison_lines(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
 def _difference(result: ComparisonResult) -> str:
     if result.mean is None:
         return f"{difference_label(result)}: no participant has both rates"
-    first, second = level_label(result.first), level_label(result.second)
+    first, second = (compared_label(result, level) for level in (result.first, result.second))
     change = (
         f"the same mean rate with {first} as with {second}"
         if result.mean == 0

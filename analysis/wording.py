@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 
 from analysis.comparisons import ComparisonResult
-from analysis.design import format_level
+from analysis.design import describe_condition, format_level
 from analysis.intervals import Interval
 from autd_trials.protocol.schema import Level
 
+MINUS = "\N{MINUS SIGN}"
 _UNITS = {"hz": "Hz", "s": "s", "ms": "ms", "mm": "mm", "db": "dB", "pa": "Pa"}
 _NAMES = {"modulation_hz": "Modulation frequency (Hz)"}
 
@@ -24,31 +25,38 @@ def level_label(level: Level) -> str:
 
 
 def comparison_names(results: Sequence[ComparisonResult]) -> list[str]:
-    """Return a short name for each comparison.
-
-    It is the level at which the comparison was made if nothing else tells the comparisons apart, else all.
-    """
-    pairs = {(result.factor, result.first, result.second) for result in results}
-    return [
-        ", ".join(level_label(level) for _, level in result.at)
-        if len(pairs) == 1 and result.at
-        else _full_name(result)
-        for result in results
-    ]
+    """Return a short name for each comparison: where it was made if that tells all apart, else its number."""
+    if numbered(results):
+        return [str(number) for number in range(1, len(results) + 1)]
+    return [", ".join(level_label(level) for _, level in result.at) or "overall" for result in results]
 
 
-def _full_name(result: ComparisonResult) -> str:
-    at = "".join(f" at {level_label(level)}" for _, level in result.at)
-    return f"{difference_label(result)}{at}"
+def numbered(results: Sequence[ComparisonResult]) -> bool:
+    """Return whether the comparisons are of different things, so that they are numbered."""
+    return len({(result.factor, result.first, result.second) for result in results}) > 1
+
+
+def comparison_label(result: ComparisonResult) -> str:
+    """Return what was compared and where, in full."""
+    return (
+        f"{difference_label(result)} at {describe_condition(result.at)}"
+        if result.at
+        else difference_label(result)
+    )
 
 
 def difference_label(result: ComparisonResult) -> str:
     """Return what was subtracted from what, as in ``inner - (inner + outer)``."""
     first, second = (
         f"({label})" if "+" in label else label
-        for label in (level_label(result.first), level_label(result.second))
+        for label in (compared_label(result, result.first), compared_label(result, result.second))
     )
-    return f"{first} \N{MINUS SIGN} {second}"
+    return f"{first} {MINUS} {second}"
+
+
+def compared_label(result: ComparisonResult, level: Level) -> str:
+    """Return a compared level; a bare number comes with its factor's name."""
+    return level_label(level) if isinstance(level, str) else f"{result.factor} {format_level(level)}"
 
 
 def format_p(p: float | None) -> str:
@@ -63,9 +71,9 @@ def format_p(p: float | None) -> str:
 
 def format_rate(rate: float | None) -> str:
     """Return a rate or a difference of rates with two decimals."""
-    return "n/a" if rate is None else f"{rate:.2f}".replace("-", "\N{MINUS SIGN}")
+    return "n/a" if rate is None else f"{rate:.2f}".replace("-", MINUS)
 
 
 def format_interval(interval: Interval | None) -> str:
-    """Return an interval as ``[0.20, 0.35]``."""
-    return "n/a" if interval is None else f"[{format_rate(interval.low)}, {format_rate(interval.high)}]"
+    """Return an interval as ``[0.20, 0.35]``; ``[n/a]`` if there is none."""
+    return "[n/a]" if interval is None else f"[{format_rate(interval.low)}, {format_rate(interval.high)}]"
