@@ -36,12 +36,14 @@ class _Protocol(BaseModel):
     message_bytes: ClassVar[int]
     """Typical length of a message, for the time it takes on the line."""
 
+    baud: int = Field(115200, ge=300, le=4_000_000, description="Speed of the line in bits per second.")
+
 
 class LineProtocol(_Protocol):
     """One line a press, ended by CR, LF or both; an Arduino that prints ``B1 12345``, say.
 
-    `press` must match the whole line. Its group ``button`` names the button; its group ``ms`` or ``us``, if it
-    has one, is the box's own time.
+    `press` must match the whole line. Its group ``button`` names the button; its group ``ms`` or ``us``, if
+    it has one, is the box's own time.
     """
 
     message_bytes: ClassVar[int] = 16

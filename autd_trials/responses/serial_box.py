@@ -45,13 +45,10 @@ class SerialBox:
         What the box sends.
     clock
         Stamps the presses.
-    baud_rate
-        Speed of the line in bits per second.
     """
 
-    def __init__(self, port: str, protocol: BoxProtocol, clock: Clock, *, baud_rate: int = 115200) -> None:
+    def __init__(self, port: str, protocol: BoxProtocol, clock: Clock) -> None:
         self._port = port
-        self._baud_rate = baud_rate
         self._protocol = protocol
         self._clock = clock
         self._parser: Parser = protocol.parser()
@@ -67,7 +64,7 @@ class SerialBox:
     def open(self) -> ResponderInfo:
         """Open the port for this process alone; raises DeviceError. What arrived before is discarded."""
         self.close()
-        serial = _open_port(self._port, self._baud_rate)
+        serial = _open_port(self._port, self._protocol.baud)
         try:
             if self._protocol.kind == "xid":
                 _start_xid(serial, self._port, self._clock)
@@ -108,10 +105,10 @@ class SerialBox:
     def _info(self) -> ResponderInfo:
         latency_s = ftdi_latency_s(self._port)
         adapter = "" if latency_s is None else f", FTDI latency timer {1000 * latency_s:.0f} ms"
-        line_s = _BITS_PER_BYTE * self._protocol.message_bytes / self._baud_rate
+        line_s = _BITS_PER_BYTE * self._protocol.message_bytes / self._protocol.baud
         return ResponderInfo(
             kind="serial_box",
-            device=f"{self._port}, {self._protocol.kind}, {self._baud_rate} Bd{adapter}",
+            device=f"{self._port}, {self._protocol.kind}, {self._protocol.baud} Bd{adapter}",
             time_uncertainty_s=round(
                 _HOST_UNCERTAINTY_S + line_s + (_USB_FRAME_S if latency_s is None else latency_s), 6
             ),

@@ -136,7 +136,7 @@ def test_xid_finds_its_feet_again() -> None:
     [
         {"kind": "line", "press": "("},
         {"kind": "line", "press": "B1"},
-        {"kind": "line", "baud": 9600},
+        {"kind": "line", "baud": 0},
         {"kind": "single_byte"},
         {"kind": "single_byte", "buttons": {}},
         {"kind": "single_byte", "buttons": {"AB": "left"}},

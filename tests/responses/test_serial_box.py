@@ -46,7 +46,7 @@ def test_uncertainty_grows_with_the_time_on_the_line(line: PseudoTerminal) -> No
     box = SerialBox(line.name, LineProtocol(), RealClock())
     fast = box.open()
     box.close()
-    slow_box = SerialBox(line.name, LineProtocol(), RealClock(), baud_rate=9600)
+    slow_box = SerialBox(line.name, LineProtocol(baud=9600), RealClock())
     slow = slow_box.open()
     slow_box.close()
     assert slow.time_uncertainty_s - fast.time_uncertainty_s == pytest.approx(
