@@ -102,7 +102,7 @@ def task_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
         "StimulusPresentation": {
             "SoftwareName": "autd-trials",
             "SoftwareVersion": newest.versions.get("autd-trials", "unknown"),
-            "OperatingSystem": newest.versions.get("platform", "unknown"),
+            "OperatingSystem": newest.versions.get("system", "unknown"),
         },
         **describe(trial_columns(protocols)),
     }

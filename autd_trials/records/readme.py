@@ -100,11 +100,10 @@ def _array(session: StudySession) -> str:
 
 def _calibration(session: StudySession) -> str:
     start = session.log.start
-    method = start.calibration.get("method")
-    how = f"Method: {method}." if method else "The log does not say how it was made."
-    time = start.calibration.get("time")
-    when = f" Time: {time}." if time else ""
-    return f"{how}{when} SHA-256 {start.calibration_sha256}."
+    warning = "Made up: nobody measured where the units stood. " if start.calibration.get("made_up") else ""
+    method = start.calibration.get("method", "not logged")
+    time = start.calibration.get("time", "not logged")
+    return f"{warning}Method: {method}. Time: {time}. SHA-256 {start.calibration_sha256}."
 
 
 def _masker(session: StudySession) -> str:

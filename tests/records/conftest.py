@@ -138,7 +138,7 @@ class SessionScript:
             protocol_sha256=self.protocol_sha256,
             plan=self.plan,
             rig={"name": "emulated"},
-            calibration={"method": "made up", "frame": "unit 1"},
+            calibration={"method": "by hand", "made_up": True, "time": "2026-11-22T08:00:00Z"},
             calibration_sha256="cd" * 32,
             devices={
                 "array": {

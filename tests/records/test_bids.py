@@ -142,7 +142,9 @@ def test_the_tables_say_what_the_logs_say(study: Path) -> None:
 def test_simulated_data_are_called_so_everywhere(study: Path) -> None:
     SessionScript().all_trials().save(study)
     export_study(study)
-    assert (study / "README.md").read_text().startswith("**Simulated data: no person took part")
+    readme = (study / "README.md").read_text()
+    assert readme.startswith("**Simulated data: no person took part")
+    assert "Made up: nobody measured where the units stood" in readme
     assert json.loads((study / "dataset_description.json").read_text())["Name"].endswith("(simulated)")
     assert table(study / "sub-01/sub-01_sessions.tsv")[0]["simulated"] == "yes"
 
