@@ -1,6 +1,9 @@
 """A small protocol, its plan and sessions of it, written by hand."""
 
-from collections.abc import Callable, Iterable, Sequence
+import resource
+import signal
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from itertools import count
@@ -266,6 +269,19 @@ def write_log(path: Path, events: Sequence[Event], *, durable: bool = False) -> 
     with EventLog.create(path, durable=durable) as log:
         for event in events:
             log.append(event)
+
+
+@contextmanager
+def largest_file(size: int) -> Iterator[None]:
+    """Let the kernel refuse to let files grow beyond a size in bytes, as a full disk does."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, before)
 
 
 @pytest.fixture

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from autd_trials.errors import UsageError
+from autd_trials.errors import DeviceError, UsageError
 from autd_trials.protocol.schema import Factor, Factors
 from autd_trials.records.bids import export_study
 from autd_trials.records.log import EventLog
 from autd_trials.session.events import SessionStart
-from tests.records.conftest import START, SessionScript, make_protocol
+from tests.records.conftest import START, SessionScript, largest_file, make_protocol
 
 LATER = START + timedelta(days=1)
 
@@ -181,6 +181,16 @@ def test_an_export_leaves_no_half_files(study: Path) -> None:
     eventful_study(study)
     export_study(study)
     assert not list(study.rglob("*.part"))
+
+
+def test_a_full_disk_leaves_the_old_files(study: Path) -> None:
+    SessionScript("01").all_trials().save(study)
+    export_study(study)
+    SessionScript("02", place=2).all_trials().save(study)
+    before = contents(study)
+    with largest_file(10), pytest.raises(DeviceError, match="the logs are safe"):
+        export_study(study)
+    assert contents(study) == before
 
 
 def test_without_logs_there_is_nothing_to_export(study: Path) -> None:

@@ -1,7 +1,5 @@
 import errno
 import os
-import resource
-import signal
 import subprocess
 import sys
 import tempfile
@@ -14,7 +12,7 @@ from hypothesis import strategies as st
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.records.log import EventLog, has_begun, read_log, read_start
 from autd_trials.session.events import Event, Fault, Note, Pause, ResponseMade, SessionEnd, StimulusStart
-from tests.records.conftest import SessionScript, write_log
+from tests.records.conftest import SessionScript, largest_file, write_log
 
 KILLS = 20
 
@@ -200,25 +198,16 @@ def test_a_stray_byte_in_a_note_does_not_cost_the_event(tmp_path: Path) -> None:
 
 
 def test_an_event_that_a_full_disk_refuses_leaves_the_log_as_it_was(tmp_path: Path) -> None:
-    """The kernel really refuses in the middle of a line: the largest size of a file is lowered."""
     path = tmp_path / "log.jsonl"
     script = SessionScript().note("x" * 1000).note("after")
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    try:
-        with EventLog.create(path) as log:
-            log.append(script.events[0])
-            before = path.read_bytes()
-            resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 500, hard))
-            with pytest.raises(DeviceError, match="disk: the log cannot be written") as refusal:
-                log.append(script.events[1])
-            assert path.read_bytes() == before
-            assert str(path) in str(refusal.value)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-            log.append(script.events[2])
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-        signal.signal(signal.SIGXFSZ, ignored)
+    with EventLog.create(path) as log:
+        log.append(script.events[0])
+        before = path.read_bytes()
+        with largest_file(len(before) + 500), pytest.raises(DeviceError, match="disk: ") as refusal:
+            log.append(script.events[1])
+        assert str(path) in str(refusal.value)
+        assert path.read_bytes() == before
+        log.append(script.events[2])
     assert list(read_log(path).events) == [script.events[0], script.events[2]]
 
 
