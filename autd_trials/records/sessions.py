@@ -9,7 +9,7 @@ from pathlib import Path
 from autd_trials.errors import UsageError
 from autd_trials.host import FileHeldError, HeldFile
 from autd_trials.records.layout import SessionPaths, log_paths, refuse_other_case, source_folder
-from autd_trials.records.log import LogContents, has_begun, read_log, read_start
+from autd_trials.records.log import EventLog, LogContents, has_begun, read_log, read_start
 from autd_trials.records.progress import Progress, progress_of
 
 
@@ -83,6 +83,27 @@ def find_session(study: Path, participant: str | None = None, session: str | Non
         f"{'several sessions' if wanted else 'no session'} to go on with{':' if listing else ''}{listing}",
         where=str(study),
         do="name one with --participant and --session" if named else "start one without --resume",
+    )
+
+
+def take_up(found: StudySession) -> EventLog:
+    """Reopen the log of a session that was found, to go on with it.
+
+    Raises
+    ------
+    UsageError
+        Another run is writing it, or went on with it since it was read.
+    DeviceError
+        The disk refuses.
+    """
+    log = EventLog.reopen(found.paths.log)
+    if read_log(found.paths.log) == found.log:
+        return log
+    log.close()
+    raise UsageError(
+        "another run went on with this session meanwhile",
+        where=str(found.paths.log),
+        do="look with --resume where it stands now",
     )
 
 

@@ -1,11 +1,14 @@
 import json
 import shutil
 import subprocess
+import tempfile
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.protocol.schema import Factor, Factors
@@ -181,6 +184,27 @@ def test_an_export_leaves_no_half_files(study: Path) -> None:
     eventful_study(study)
     export_study(study)
     assert not list(study.rglob("*.part"))
+
+
+@settings(max_examples=60, deadline=None)
+@given(cut=st.floats(0, 1), gap=st.floats(0, 1))
+def test_whatever_is_lost_of_a_log_its_table_stays_in_order(cut: float, gap: float) -> None:
+    script = (
+        SessionScript().trial(1).begin(2).stimulate(2).interrupt(2).trial(2, 2).begin(3).resume().trial(3, 2)
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        study = Path(folder)
+        path = script.save(study)
+        start, rest = path.read_bytes().split(b"\n", 1)
+        kept = rest[: int(cut * len(rest))]
+        hole = int(gap * len(kept))
+        path.write_bytes(start + b"\n" + kept[:hole] + b"\xff" + kept[hole + 1 :])
+        export_study(study)
+        rows = [row for events in study.rglob("*_events.tsv") for row in table(events)]
+    onsets = [float(row["onset"]) for row in rows]
+    assert onsets == sorted(onsets)
+    complete = [row["trial"] for row in rows if row["trial_status"] == "complete"]
+    assert len(complete) == len(set(complete))
 
 
 def test_a_full_disk_leaves_the_old_files(study: Path) -> None:

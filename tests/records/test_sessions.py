@@ -13,6 +13,7 @@ from autd_trials.records.sessions import (
     place_of,
     study_lock,
     study_sessions,
+    take_up,
 )
 from tests.records.conftest import SessionScript
 
@@ -128,6 +129,21 @@ def test_no_session_to_go_on_with_says_what_there_is(study: Path) -> None:
         find_session(study)
     with pytest.raises(UsageError, match="no session"):
         find_session(study, "02")
+
+
+def test_a_found_session_is_gone_on_with_only_as_it_was_read(study: Path) -> None:
+    script = SessionScript().trial(1)
+    path = script.save(study)
+    path.write_bytes(path.read_bytes() + b'{"torn')
+    found, stale = find_session(study), find_session(study)
+    with take_up(found) as log:
+        with pytest.raises(UsageError, match="another run is writing"):
+            take_up(stale)
+        log.append(script.resume().events[-1])
+    with pytest.raises(UsageError, match="went on with this session meanwhile"):
+        take_up(stale)
+    with take_up(find_session(study)) as log:
+        log.append(script.trial(2).events[-1])
 
 
 def test_two_runs_cannot_begin_a_session_at_once(study: Path) -> None:
