@@ -15,18 +15,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Analyse the study and write the results."""
-    import json
-
-    from analysis.writing import RESULTS_FILE, plain_words, write_results
-
+    from analysis.output import results_json, write_results
     from analysis.study import analyse
+    from analysis.summary import plain_words
     from autd_trials.records.layout import analysis_folder
 
     results = analyse(options.study)
     folder = options.out or analysis_folder(options.study)
     write_results(results, folder)
     if options.json:
-        print_json(json.loads((folder / RESULTS_FILE).read_text(encoding="utf-8")))
+        print_json(results_json(results))
     else:
         print_text(plain_words(results))
     say(f"figure, tables and results: {folder}")

@@ -2,9 +2,9 @@
 
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.inbox import Inbox
-from autd_trials.keys import ENTER, Key
 from autd_trials.responses.responder import Presentation, Press, ResponderInfo
 from autd_trials.terminal import Terminal
+from autd_trials.terminal.keys import ENTER, Key
 
 KEY_NAMES = {"space": " ", "enter": ENTER, "tab": "\t"}
 """Names of the keys that print nothing; every other key is named by its character."""

@@ -5,6 +5,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Windows knows no SIGHUP, which a closed terminal window sends."""
+
 
 class Interrupts:
     """The first request pauses the session at the next safe point, the second aborts it.
@@ -38,12 +41,12 @@ class Interrupts:
 
     @contextmanager
     def on_signals(self) -> Iterator[None]:
-        """Turn SIGINT (Ctrl-C) and SIGTERM into requests while the context lasts."""
+        """Turn Ctrl-C, SIGTERM and the closing of the terminal into requests while the context lasts."""
 
         def handle(_number: int, _frame: FrameType | None) -> None:
             self.request()
 
-        before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+        before = {number: signal.signal(number, handle) for number in _SIGNALS}
         try:
             yield
         finally:

@@ -1,40 +1,11 @@
-"""A pseudo-terminal that can be typed into, sent bytes to and unplugged."""
+"""A Cedrus pad."""
 
-import contextlib
 import os
 import select
 import threading
-import tty
-from collections.abc import Iterator
 from typing import Self
 
-import pytest
-
-
-class PseudoTerminal:
-    """Both ends of a pty; the far end stands for the person or the box."""
-
-    def __init__(self) -> None:
-        self.far, self.near = os.openpty()
-        self.name = os.ttyname(self.near)
-        self._plugged = True
-
-    def send(self, data: bytes) -> None:
-        while data:
-            data = data[os.write(self.far, data) :]
-
-    def receive(self) -> bytes:
-        return os.read(self.far, 1024)
-
-    def unplug(self) -> None:
-        if self._plugged:
-            os.close(self.far)
-            self._plugged = False
-
-    def close(self) -> None:
-        self.unplug()
-        with contextlib.suppress(OSError):
-            os.close(self.near)
+from tests.conftest import PseudoTerminal
 
 
 class XidPad:
@@ -81,20 +52,3 @@ class XidPad:
             self.commands += self._line.receive()
             if self.commands.endswith(b"_c1"):
                 self._line.send(self._identity)
-
-
-@pytest.fixture
-def pty() -> Iterator[PseudoTerminal]:
-    """A terminal in its usual (cooked) mode."""
-    terminal = PseudoTerminal()
-    yield terminal
-    terminal.close()
-
-
-@pytest.fixture
-def line() -> Iterator[PseudoTerminal]:
-    """A raw one, as a serial line is."""
-    terminal = PseudoTerminal()
-    tty.setraw(terminal.near)
-    yield terminal
-    terminal.close()

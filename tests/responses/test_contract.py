@@ -17,7 +17,8 @@ from autd_trials.responses.keyboard import KeyboardResponder
 from autd_trials.responses.responder import Presentation, Press, Responder
 from autd_trials.responses.serial_box import SerialBox
 from autd_trials.terminal import Terminal
-from tests.responses.conftest import PseudoTerminal, XidPad
+from tests.conftest import PseudoTerminal
+from tests.responses.conftest import XidPad
 
 SHORT_S = 0.03
 SOON_S = 2.0

@@ -14,7 +14,8 @@ from autd_trials.errors import DeviceError
 from autd_trials.responses.box_protocols import LineProtocol, SingleByteProtocol, XidProtocol
 from autd_trials.responses.responder import Press
 from autd_trials.responses.serial_box import SerialBox, ftdi_latency_s
-from tests.responses.conftest import PseudoTerminal, XidPad
+from tests.conftest import PseudoTerminal
+from tests.responses.conftest import XidPad
 
 SOON_S = 2.0
 

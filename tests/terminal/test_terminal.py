@@ -15,10 +15,10 @@ import pytest
 from autd_trials.clock import RealClock
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.inbox import Inbox
-from autd_trials.keys import Key
 from autd_trials.responses.keyboard import KeyboardResponder
 from autd_trials.terminal import Terminal
-from tests.responses.conftest import PseudoTerminal
+from autd_trials.terminal.keys import Key
+from tests.conftest import PseudoTerminal
 
 SOON_S = 2.0
 CLOCK = RealClock()

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from autd_trials.keys import KeyDecoder, LineEditor
+from autd_trials.terminal.keys import KeyDecoder, LineEditor
 
 TYPED = st.lists(
     st.one_of(

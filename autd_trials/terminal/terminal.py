@@ -14,8 +14,8 @@ from typing import Self, TextIO
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError
 from autd_trials.inbox import Inbox
-from autd_trials.keys import ESCAPE, Key, KeyDecoder, LineEditor
-from autd_trials.raw_mode import KeySource, open_terminal
+from autd_trials.terminal.keys import ESCAPE, Key, KeyDecoder, LineEditor
+from autd_trials.terminal.raw_mode import KeySource, open_terminal
 
 _ESCAPE_TIMEOUT_S = 0.05  # the rest of an escape sequence follows sooner, also over ssh
 _ASK_POLL_S = 0.1
