@@ -17,9 +17,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Print the schema."""
-    from autd_trials.protocol.json_schema import json_schema
     from autd_trials.protocol.schema import Protocol
-    from autd_trials.rig import Rig
+    from autd_trials.rig.schema import Rig
+    from autd_trials.yamlfile.json_schema import json_schema
 
     print_json(json_schema(Protocol if options.kind == "protocol" else Rig))
     return 0
