@@ -228,6 +228,7 @@ class _Player:
     def close(self) -> None:
         """Let it ramp out and end; kill it if it does not."""
         assert self._process.stdin
+        self.say("close")
         with contextlib.suppress(OSError):
             self._process.stdin.close()
         if not self._ends_within(_CLOSE_DEADLINE_S):

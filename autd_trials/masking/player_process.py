@@ -1,8 +1,9 @@
 """The process that plays the noise: ``python -m autd_trials.masking.player_process SETTINGS``.
 
-It is told ``start`` on its standard input and plays until that is closed or its parent is gone, so that sound
-never outlives the runner. It answers on its standard output, one JSON object a line: ``ready``, ``flowing``,
-``alive``, ``underrun``, ``failed``. Times are `time.monotonic`, which all processes of a machine share.
+It is told ``start`` on its standard input and plays until it is told ``close``, or its input is closed, or
+its parent is gone, so that sound never outlives the runner. It answers on its standard output, one JSON
+object a line: ``ready``, ``flowing``, ``alive``, ``underrun``, ``failed``. Times are `time.monotonic`, which
+all processes of a machine share.
 """
 
 import contextlib
@@ -53,10 +54,11 @@ class PlayerSettings:
 def main() -> None:
     """Play until told to end; never returns, since PortAudio can hang on a dead device."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the runner's to handle
+    runner = _Runner()
     try:
-        _play(PlayerSettings(**json.loads(sys.argv[1])))
+        _play(PlayerSettings(**json.loads(sys.argv[1])), runner)
     except TrialsError as error:
-        _tell("failed", what=error.what, where=error.where, do=error.do, time_s=time.monotonic())
+        runner.tell("failed", what=error.what, where=error.where, do=error.do, time_s=time.monotonic())
     except Exception:
         traceback.print_exc()
         sys.stderr.flush()
@@ -64,10 +66,9 @@ def main() -> None:
     os._exit(0)
 
 
-def _play(settings: PlayerSettings) -> None:
-    runner = _Runner()
+def _play(settings: PlayerSettings, runner: "_Runner") -> None:
     output = _Output(settings)
-    _tell("ready", device=str(output.device))
+    runner.tell("ready", device=str(output.device))
     if not runner.wait_for_start():
         return
     output.start()
@@ -86,7 +87,7 @@ def _wait_for_flow(output: "_Output", runner: "_Runner") -> None:
                 do="see whether another program holds it, and whether it plays anything else",
             )
         time.sleep(_WATCH_S)
-    _tell("flowing")
+    runner.tell("flowing")
 
 
 def _watch(output: "_Output", runner: "_Runner") -> None:
@@ -94,32 +95,36 @@ def _watch(output: "_Output", runner: "_Runner") -> None:
     alive_s = time.monotonic()
     while not runner.gone:
         for time_s in output.new_underruns():
-            _tell("underrun", time_s=time_s)
+            runner.tell("underrun", time_s=time_s)
         if output.ended or output.idle_s > _STALL_S:
             raise DeviceError("the sound device takes no more sound", where=str(output.device))
         if time.monotonic() - alive_s > _ALIVE_EVERY_S:
             alive_s = time.monotonic()
-            _tell("alive")
+            runner.tell("alive")
         time.sleep(_WATCH_S)
 
 
 class _Runner:
-    """The parent: what it says, and whether it is still there."""
+    """The parent: what it says, what it is told, and whether it is still there."""
 
     def __init__(self) -> None:
         self._parent = os.getppid()
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._closed = False
+        self._answers = os.dup(1)
+        os.dup2(2, 1)  # sound libraries may chat on standard output
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:
         for line in sys.stdin:
+            if line == "close\n":
+                break
             self._lines.put(line)
         self._closed = True
 
     @property
     def gone(self) -> bool:
-        """Whether it closed the pipe or died; a pipe can stay open in a process that it left behind."""
+        """Whether it said so, closed the pipe or died; a pipe can stay open in a process it left behind."""
         return self._closed or os.getppid() != self._parent
 
     def wait_for_start(self) -> bool:
@@ -130,6 +135,12 @@ class _Runner:
             except queue.Empty:
                 continue
         return False
+
+    def tell(self, message: str, **content: object) -> None:
+        line = json.dumps({"message": message, **content}) + "\n"
+        # Nobody left to tell? Then `gone` becomes true, and the noise fades.
+        with contextlib.suppress(BrokenPipeError):
+            os.write(self._answers, line.encode())
 
 
 class _Output:
@@ -228,13 +239,6 @@ def _refused(device: OutputDevice, error: Exception) -> DeviceError:
         where=str(device),
         do="choose a sample rate that it plays, and see whether another program holds it",
     )
-
-
-def _tell(message: str, **content: object) -> None:
-    line = json.dumps({"message": message, **content}) + "\n"
-    # Nobody left to tell? _Runner.gone sees it, and the noise fades.
-    with contextlib.suppress(BrokenPipeError):
-        os.write(sys.stdout.fileno(), line.encode())
 
 
 if __name__ == "__main__":

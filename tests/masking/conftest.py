@@ -119,7 +119,8 @@ def wait_until(condition: Callable[[], bool], what: str, deadline_s: float = 10.
         time.sleep(0.02)
 
 
-def _why_no_sound() -> str | None:
+def why_no_sound() -> str | None:
+    """Return what is missing for playing into a sound server, None if nothing is."""
     missing = [program for program in ("pulseaudio", "pactl", "parec") if shutil.which(program) is None]
     if missing:
         return f"{', '.join(missing)} missing (apt: pulseaudio pulseaudio-utils)"
@@ -129,7 +130,7 @@ def _why_no_sound() -> str | None:
 @pytest.fixture
 def sound_server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SoundServer]:
     """A private sound server; whatever plays on the default output plays into it."""
-    why = _why_no_sound()
+    why = why_no_sound()
     if why:
         pytest.skip(why)
     server = SoundServer(tmp_path)

@@ -31,7 +31,7 @@ def _masker(
 
 
 @pytest.fixture
-def masker() -> Iterator[SoundMasker]:
+def masker(sound_server: SoundServer) -> Iterator[SoundMasker]:
     masker = _masker()
     yield masker
     masker.close()
@@ -216,6 +216,20 @@ def test_sound_ends_within_a_second_of_its_runner(
 
 
 @pytest.mark.audio
+def test_close_ramps_out_even_if_another_process_holds_the_pipe(
+    masker: SoundMasker, sound_server: SoundServer, recorder: Recorder
+) -> None:
+    masker.open()
+    masker.start()
+    (player,) = sound_server.players()
+    with Path(f"/proc/{player}/fd/0").open("w"):
+        masker.close()
+    assert sound_server.players() == []
+    tail = recorder.sounding[: -RAMP // 10 : -1]
+    assert np.max(np.abs(tail)) < 0.1 * np.max(np.abs(recorder.sounding))
+
+
+@pytest.mark.audio
 def test_ctrl_c_in_the_terminal_does_not_reach_the_player(
     masker: SoundMasker, sound_server: SoundServer
 ) -> None:
@@ -236,6 +250,7 @@ def test_an_unknown_device_is_refused_with_a_list(sound_server: SoundServer) -> 
 
 
 @pytest.mark.audio
+@pytest.mark.slow
 def test_a_device_that_takes_no_sound_fails_to_start(sound_server: SoundServer) -> None:
     masker = _masker()
     masker.open()
@@ -250,6 +265,27 @@ def test_without_portaudio_it_says_what_to_install(tmp_path: Path, monkeypatch: 
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     with pytest.raises(DeviceError, match="apt install libportaudio2"):
         _masker().open()
+
+
+FAKE_SOUNDDEVICE = """
+from types import SimpleNamespace
+print("a library that chats on standard output")
+class PortAudioError(Exception): pass
+default = SimpleNamespace(device=(0, 0))
+def query_devices(): return [dict(index=0, name="fake card", hostapi=0, max_output_channels=1)]
+def query_hostapis(): return [dict(name="ALSA")]
+def OutputStream(**settings): raise PortAudioError("Invalid sample rate [PaErrorCode -9997]")
+"""
+
+
+def test_a_device_that_refuses_the_noise_is_named_with_its_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "sounddevice.py").write_text(FAKE_SOUNDDEVICE)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(DeviceError, match="Invalid sample rate") as caught:
+        _masker("fake").open()
+    assert "fake card" in str(caught.value)
 
 
 def test_a_player_that_breaks_tells_its_last_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
