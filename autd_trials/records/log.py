@@ -57,14 +57,8 @@ class EventLog:
         """
         try:
             _make_folder(path.parent)
-            log = cls(path, cast(BinaryIO, path.open("x+b", buffering=0)), durable=durable)
+            log = cls(path, _open_new(path), durable=durable)
             sync_folder(path.parent)
-        except FileExistsError as error:
-            raise UsageError(
-                "this session has been recorded already",
-                where=str(path),
-                do="choose another session id, or go on with this one with --resume",
-            ) from error
         except OSError as error:
             raise _disk_error(path, error) from error
         return log
@@ -221,6 +215,17 @@ def _encode(event: Event) -> bytes:
     # A lone surrogate (a stray byte typed into a note) becomes "?": it must not cost the event.
     text = json.dumps(event.model_dump(), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     return text.encode("utf-8", errors="replace") + b"\n"
+
+
+def _open_new(path: Path) -> BinaryIO:
+    try:
+        return cast(BinaryIO, path.open("x+b", buffering=0))
+    except FileExistsError as error:
+        raise UsageError(
+            "this session has been recorded already",
+            where=str(path),
+            do="choose another session id, or go on with this one with --resume",
+        ) from error
 
 
 def _make_folder(folder: Path) -> None:

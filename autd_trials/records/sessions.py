@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from autd_trials.errors import UsageError
+from autd_trials.errors import DeviceError, UsageError
 from autd_trials.host import FileHeldError, HeldFile
 from autd_trials.records.layout import SessionPaths, log_paths, refuse_other_case, source_folder
 from autd_trials.records.log import EventLog, LogContents, has_begun, read_log, read_start
@@ -118,11 +118,19 @@ def study_lock(study: Path) -> Iterator[None]:
     ------
     UsageError
         Another run is just beginning one.
+    DeviceError
+        The disk refuses.
     """
     path = source_folder(study) / ".lock"
-    path.parent.mkdir(parents=True, exist_ok=True)
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         held = HeldFile(path)
+    except OSError as error:
+        raise DeviceError(
+            f"disk: nothing can be written: {error.strerror}",
+            where=str(path.parent),
+            do="mend the disk, or choose another folder with --data",
+        ) from error
     except FileHeldError as error:
         raise UsageError(
             f"another run (process {error.pid}) is just beginning a session of this study",

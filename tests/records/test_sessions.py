@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from autd_trials.errors import UsageError
+from autd_trials.errors import DeviceError, UsageError
 from autd_trials.records.log import EventLog
 from autd_trials.records.sessions import (
     find_session,
@@ -144,6 +144,14 @@ def test_a_found_session_is_gone_on_with_only_as_it_was_read(study: Path) -> Non
         take_up(stale)
     with take_up(find_session(study)) as log:
         log.append(script.trial(2).events[-1])
+
+
+def test_a_study_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(DeviceError, match="choose another folder"), study_lock(tmp_path / "file" / "chest"):
+        raise AssertionError("the lock was given without a folder")
+    with pytest.raises(DeviceError, match="disk: "):
+        EventLog.create(tmp_path / "file" / "log.jsonl")
 
 
 def test_two_runs_cannot_begin_a_session_at_once(study: Path) -> None:
