@@ -82,7 +82,7 @@ def _ramps(stimulus: Stimulus, time_s: NDArray[np.float64]) -> NDArray[np.float6
     if stimulus.ramp_s == 0:
         return np.ones_like(time_s)
     from_the_nearer_end_s = np.minimum(time_s, stimulus.duration_s - time_s)
-    return np.sin(np.pi / 2 * np.clip(from_the_nearer_end_s / stimulus.ramp_s, 0, 1)) ** 2
+    return np.sin(np.pi / 2 * np.clip(from_the_nearer_end_s, 0, stimulus.ramp_s) / stimulus.ramp_s) ** 2
 
 
 def _refuse_impossible(stimulus: Stimulus) -> None:

@@ -17,7 +17,8 @@ from autd_trials.array.limits import ExposureMeter, Limits, exposure_s, refuse_o
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError, UsageError
 
-_SHORTEST_LEAD_S, _LONGEST_LEAD_S = 0.1, 1.0
+_SHORTEST_SEND_LEAD_S, _LONGEST_SEND_LEAD_S = 0.05, 1.0
+_ALLOWANCE_S = 0.1  # a host that is late by less than this does not delay the onset
 _FIRMWARE_MARGIN_S = 0.01  # the firmware refuses a start that is closer
 _IN_HAND_S = 0.01
 _SEND_TIMES_KEPT = 20
@@ -83,11 +84,9 @@ class PhasedArray:
     def lead_s(self) -> float:
         """How long before the onset `start` must be called, in s.
 
-        The firmware's 10 ms, 10 ms in hand and three times the longest of the last 20 sends; 0.1 to 1 s.
+        What sending needs, and 0.1 s for a last look at the devices and a busy host.
         """
-        slowest_s = max(self._send_times_s, default=0.0)
-        lead_s = _FIRMWARE_MARGIN_S + _IN_HAND_S + 3 * slowest_s
-        return min(max(lead_s, _SHORTEST_LEAD_S), _LONGEST_LEAD_S)
+        return self._send_lead_s + _ALLOWANCE_S
 
     def open(self) -> ArrayInfo:
         """Take the devices, check that they are all there and well, leave them silent."""
@@ -177,6 +176,13 @@ class PhasedArray:
         self._armed = self._running = None
         self._backend.close()
 
+    @property
+    def _send_lead_s(self) -> float:
+        """The firmware's 10 ms, 10 ms in hand, three times the longest of the last 20 sends; 50 ms to 1 s."""
+        slowest_s = max(self._send_times_s, default=0.0)
+        lead_s = _FIRMWARE_MARGIN_S + _IN_HAND_S + 3 * slowest_s
+        return min(max(lead_s, _SHORTEST_SEND_LEAD_S), _LONGEST_SEND_LEAD_S)
+
     def _burst(self, stimulus: Stimulus) -> Burst:
         refuse_out_of_reach(self._units, stimulus.target_mm)
         phases = focus_phases(self._transducers_mm, stimulus.target_mm, self._speed_of_sound_m_s)
@@ -189,7 +195,7 @@ class PhasedArray:
         if not before.silent:
             raise DeviceError("the array is not silent before a start", do="check the devices; run again")
         sent_s = self._clock.now_s()
-        planned_s = max(requested_s, sent_s + self.lead_s)
+        planned_s = max(requested_s, sent_s + self._send_lead_s)
         self._meter.refuse_too_soon(stimulus, planned_s)
         self._meter.charge(
             stimulus, planned_s
