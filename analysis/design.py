@@ -76,6 +76,20 @@ def format_level(level: float | str) -> str:
     return level if isinstance(level, str) else f"{level:.12g}"
 
 
+def shown_factors(design: Design) -> tuple[StudyFactor | None, StudyFactor | None]:
+    """Return what a figure shows along its axis and what it tells apart by colour.
+
+    These are the factors of the first planned comparison, or the first factors within and between blocks.
+    """
+    compared = design.comparisons[0] if design.comparisons else None
+    between = design.between_blocks[0] if design.between_blocks else None
+    colour = design.factor(compared.factor) if compared else between
+    if compared and compared.at_each:
+        return design.factor(compared.at_each), colour
+    others = [factor for factor in design.factors if factor != colour]
+    return (others[0] if others else None), colour
+
+
 def study_design(sessions: Sequence[LoggedSession]) -> Design:
     """Return the design of a study.
 

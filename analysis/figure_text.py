@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from analysis.comparisons import ComparisonResult
+from analysis.design import shown_factors
 from analysis.study import Results
 from analysis.wording import (
     comparison_label,
@@ -38,7 +39,7 @@ _HEADINGS = (
     ("", "Holm"),
     ("", "$d_z$"),
 )
-_COLUMNS = (0.012, 0.225, 0.27, 0.475, 0.55, 0.625, 0.72, 0.81, 0.88, 0.953)
+_COLUMNS = (0.012, 0.225, 0.27, 0.475, 0.55, 0.625, 0.72, 0.81, 0.88, 0.945)
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,10 @@ def _notes(results: Results) -> tuple[str, ...]:
         "Large markers: mean over participants; bars: its 95 % t interval.",
         *_comparison_notes(results.comparisons),
     ]
+    design = results.trials.design
+    averaged = [factor.name for factor in design.factors if factor not in shown_factors(design)]
+    if averaged:
+        notes.append(f"Rates in A are averaged over {', '.join(averaged)}.")
     if results.false_alarms is None:
         notes.append("No catch trials: the false-alarm rate is undefined.")
     if results.warnings:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.design import StudyFactor
+from analysis.design import StudyFactor, shown_factors
 from analysis.figure_text import LINE_IN, figure_text
 from analysis.panels import (
     INK,
@@ -153,7 +153,7 @@ def _draw_header(figure: "Figure", results: Results, y: float) -> None:
 
 
 def _draw_rates(axes: "Axes", results: Results) -> None:
-    x_factor, colour_factor = _shown_factors(results)
+    x_factor, colour_factor = shown_factors(results.trials.design)
     shown = [factor for factor in (x_factor, colour_factor) if factor is not None]
     groups = _groups(marginal_rates(results.participant_rates, shown), x_factor, colour_factor)
     labels = [level_label(level) for level in x_factor.levels] if x_factor else ["all stimuli"]
@@ -203,18 +203,6 @@ def _groups(
 
 def _pairs(factor: StudyFactor | None) -> list[tuple[tuple[str, float | str], ...]]:
     return [((factor.name, level),) for level in factor.levels] if factor else [()]
-
-
-def _shown_factors(results: Results) -> tuple[StudyFactor | None, StudyFactor | None]:
-    """Return what goes along the axis and what is told apart by colour: as compared, else as blocked."""
-    design = results.trials.design
-    compared = design.comparisons[0] if design.comparisons else None
-    between = design.between_blocks[0] if design.between_blocks else None
-    colour = design.factor(compared.factor) if compared else between
-    if compared and compared.at_each:
-        return design.factor(compared.at_each), colour
-    others = [factor for factor in design.factors if factor != colour]
-    return (others[0] if others else None), colour
 
 
 def _prepare(axes: "Axes", y_label: str, tick_labels: Sequence[str], x_label: str) -> None:
