@@ -57,19 +57,19 @@ class TerminalOperator:
 
     def read_out(self, instructions: str) -> None:
         """Show the instructions and wait until they were read out."""
-        self._show("Read this out to the participant", instructions)
-        self._confirm("Read out, and understood?")
+        self._confirm("Read this out to the participant", instructions, "Read out, and understood?")
 
     def confirm_block(self, block: PlannedBlock) -> None:
         """Show what a person must arrange for a block and wait until it is so."""
         conditions = "\n".join(f"{name}: {level}" for name, level in block.conditions.items())
-        self._show(f"Block {block.block}", "\n".join((conditions, *block.descriptions)))
-        self._confirm("Is everything as it says, headphones on, eyes closed?")
+        arrange = "\n".join((conditions, *block.descriptions))
+        self._confirm(
+            f"Block {block.block}", arrange, "Is everything as it says, headphones on, eyes closed?"
+        )
 
     def confirm_resume(self, summary: str) -> None:
         """Show what is known of an interrupted session and ask whether it may go on."""
-        self._show("Resume", summary)
-        self._confirm("Same participant, same set-up, and willing to go on?")
+        self._confirm("Resume", summary, "Same participant, same set-up, and willing to go on?")
 
     def decide_after_pause(self, reason: str) -> Decision:
         """Ask what to do, and take notes."""
@@ -86,12 +86,9 @@ class TerminalOperator:
                 if note := self._terminal.ask_line("note: ", cancelled=self._aborted):
                     notes.append(note)
 
-    def _show(self, title: str, text: str) -> None:
+    def _confirm(self, title: str, text: str, question: str) -> None:
         with self._screen.hidden():
             self._console.print(Panel(text.strip(), title=title, border_style="cyan"))
-
-    def _confirm(self, question: str) -> None:
-        with self._screen.hidden():
             confirmed = self._terminal.confirm(question, cancelled=lambda: self._interrupts.pause_requested)
         if not confirmed:
             raise StoppedByPerson(f"not confirmed: {question}")

@@ -41,9 +41,8 @@ class Screen:
         self._clock = clock
         self._start_s = clock.now_s()
         self._unblind = unblind
-        self._live = Live(
-            console=console, get_renderable=self._render, refresh_per_second=8, transient=True, screen=False
-        )
+        self._console = console
+        self._live = self._new_live()
 
     def __call__(self, event: Event) -> None:
         """Take an event in."""
@@ -53,8 +52,11 @@ class Screen:
     @contextmanager
     def shown(self) -> Iterator[None]:
         """Draw while the context lasts."""
-        with self._live:
+        self._live.start()
+        try:
             yield
+        finally:
+            self._live.stop()
 
     @contextmanager
     def hidden(self) -> Iterator[None]:
@@ -63,7 +65,12 @@ class Screen:
         try:
             yield
         finally:
+            self._live = self._new_live()
             self._live.start()
+
+    def _new_live(self) -> Live:
+        """Return a display that has drawn nothing: one used before would erase what was written since."""
+        return Live(console=self._console, get_renderable=self._render, refresh_per_second=8, transient=True)
 
     def _render(self) -> RenderableType:
         return render(self._status, self._clock.now_s() - self._start_s, unblind=self._unblind)
