@@ -2,6 +2,7 @@
 
 from rich.console import Console
 from rich.panel import Panel
+from rich.text import Text
 
 from autd_trials.clock import Clock
 from autd_trials.console.screen import Screen
@@ -75,7 +76,7 @@ class TerminalOperator:
         """Ask what to do, and take notes."""
         notes: list[str] = []
         with self._screen.hidden():
-            self._console.print(Panel(reason, title="PAUSED: the array is silent", border_style="red"))
+            self._console.print(Panel(Text(reason), title="PAUSED: the array is silent", border_style="red"))
             while True:
                 choice = (
                     "n" if self._note_wanted else self._choose("[c] continue   [n] note   [a] abort", "cna")
@@ -88,13 +89,13 @@ class TerminalOperator:
 
     def _confirm(self, title: str, text: str, question: str) -> None:
         with self._screen.hidden():
-            self._console.print(Panel(text.strip(), title=title, border_style="cyan"))
+            self._console.print(Panel(Text(text.strip()), title=title, border_style="cyan"))
             confirmed = self._terminal.confirm(question, cancelled=lambda: self._interrupts.pause_requested)
         if not confirmed:
             raise StoppedByPerson(f"not confirmed: {question}")
 
     def _choose(self, question: str, choices: str) -> str:
-        self._console.print(question)
+        self._console.print(Text(question))
         with self._terminal.question() as keys:
             while not self._aborted():
                 for key in keys.take(self._clock.now_s() + _POLL_S):

@@ -15,7 +15,7 @@ from autd_trials.session.presses import PressBook
 from autd_trials.session.recorder import Recorder
 from autd_trials.session.silence import silence
 from autd_trials.session.trial import TrialRunner
-from autd_trials.session.watch import Watch
+from autd_trials.session.watch import RESUME_ADVICE, Watch
 
 _MASKER_LEAD_S = 2.0
 """The masker plays this long before a trial may start: sound devices begin with gaps of up to 0.9 s."""
@@ -160,7 +160,7 @@ class SessionRunner:
 
     def _pause(self, reason: str) -> None:
         if not self._ask_to_go_on(reason):
-            raise StoppedByPerson("stopped in a pause")
+            raise StoppedByPerson("stopped in a pause", do=RESUME_ADVICE)
         self._recorder.record(Resume, after_crash=False, confirmed_by=self._operator.confirmed_by)
 
     def _pause_for(self, fault: DeviceError) -> None:

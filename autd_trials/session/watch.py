@@ -9,6 +9,8 @@ from autd_trials.session.operator import Operator
 from autd_trials.session.presses import PressBook
 from autd_trials.session.recorder import Recorder
 
+RESUME_ADVICE = "to go on with this session, add --resume to the same command"
+
 
 class Watch:
     """Waits while it takes presses in and looks at the masker and at requests to abort."""
@@ -50,7 +52,7 @@ class Watch:
     def _look(self) -> None:
         self._operator.poll()
         if self._interrupts.abort_requested:
-            raise StoppedByPerson("aborted by the experimenter")
+            raise StoppedByPerson("aborted by the experimenter", do=RESUME_ADVICE)
         if self._devices.masker is None:
             return
         for event in self._devices.masker.events():
