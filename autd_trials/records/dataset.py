@@ -44,9 +44,8 @@ def dataset_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
     """Return ``dataset_description.json``; the newest session's protocol speaks for the study."""
     newest = by_time(sessions)[-1].log.start
     study = newest.protocol.study
-    mark = {"yes": " (simulated)", "no": "", "partly": " (partly simulated)"}[simulated(sessions)]
     return {
-        "Name": f"{study.title}{mark}",
+        "Name": f"{study.title}{_mark(sessions)}",
         "BIDSVersion": _BIDS_VERSION,
         "HEDVersion": "8.3.0",  # no HED tags are used, but the validator warns without it
         "DatasetType": "raw",
@@ -68,7 +67,8 @@ def changes_text(sessions: Sequence[StudySession]) -> str:
     """Return ``CHANGES``, the newest session first; every session that was begun is a version."""
     entries = [
         f"1.0.{number} {session.log.start.utc[:10]}\n"
-        f"  - Session {session.paths.session} of participant {session.paths.participant} was begun.\n"
+        f"  - Session {session.paths.session} of participant {session.paths.participant} was begun"
+        f"{_mark([session])}.\n"
         for number, session in enumerate(by_time(sessions))
     ]
     return "\n".join(reversed(entries))
@@ -92,7 +92,7 @@ def task_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
     study = newest.protocol.study
     return {
         "TaskName": newest.protocol.name,
-        "TaskDescription": newest.protocol.description,
+        "TaskDescription": f"{newest.protocol.description}{_mark(sessions)}",
         "Instructions": f"{newest.protocol.instructions}\n{newest.protocol.response.question}",
         "CogAtlasID": MISSING,
         "CogPOID": MISSING,
@@ -106,3 +106,7 @@ def task_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
         },
         **describe(trial_columns(protocols)),
     }
+
+
+def _mark(sessions: Sequence[StudySession]) -> str:
+    return {"yes": " (simulated)", "no": "", "partly": " (partly simulated)"}[simulated(sessions)]

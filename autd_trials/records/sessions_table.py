@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 
 from autd_trials.records.sessions import StudySession
-from autd_trials.records.table import Column, Value, to_us
+from autd_trials.records.table import SIMULATED, Column, Value, to_us
 from autd_trials.session.events import Event, Fault, Note, Pause, Resume
 
 SESSION_COLUMNS = (
@@ -19,11 +19,7 @@ SESSION_COLUMNS = (
             "interrupted": "The log stops without an end: a crash, or the session was still running.",
         },
     ),
-    Column(
-        "simulated",
-        "Whether a simulated participant answered.",
-        levels={"yes": "A program answered.", "no": "A person answered."},
-    ),
+    SIMULATED,
     Column(
         "virtual_time",
         "Whether the session ran in virtual time.",

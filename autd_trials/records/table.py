@@ -32,6 +32,14 @@ class Column:
     levels: Mapping[str, str] = field(default_factory=dict)
 
 
+SIMULATED = Column(
+    "simulated",
+    "Whether a simulated participant answered.",
+    levels={"yes": "A program answered.", "no": "A person answered."},
+)
+"""In every table of trials and of sessions: each file that someone opens says what it is."""
+
+
 def tsv(columns: Sequence[Column], rows: Iterable[Mapping[str, Value]]) -> str:
     """Return a table as text; what a row does not have is ``n/a``."""
     lines = [[column.name for column in columns]]

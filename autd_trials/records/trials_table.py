@@ -7,7 +7,7 @@ from autd_trials.errors import UsageError
 from autd_trials.protocol.plan import PlannedTrial
 from autd_trials.protocol.schema import Factor, Protocol, StimulusSpec
 from autd_trials.records.log import LogContents
-from autd_trials.records.table import Column, Value, cell, to_us
+from autd_trials.records.table import SIMULATED, Column, Value, cell, to_us
 from autd_trials.session.events import Event, ResponseMade, StimulusStart, TrialEnd, TrialStart
 
 _LEADING = (
@@ -80,6 +80,7 @@ _TRAILING = (
         units="s",
     ),
     Column("underruns", "Gaps in the masking noise during the trial."),
+    SIMULATED,
 )
 
 _UNITS = {"_hz": "Hz", "_s": "s", "_mm": "mm", "_db": "dB", "_pa": "Pa"}
@@ -116,7 +117,7 @@ def trial_rows(log: LogContents) -> list[dict[str, Value]]:
             raise UsageError(f"trial {event.trial} is not in the session's plan", where=str(log.path))
         key = (event.trial, event.attempt)
         attempts.setdefault(key, _Attempt(plan[event.trial], event.attempt, event.t_s)).take(event)
-    rows = [attempt.row() for attempt in attempts.values()]
+    rows = [{**attempt.row(), SIMULATED.name: log.start.simulated} for attempt in attempts.values()]
     return sorted(rows, key=lambda row: (row["onset"], row["trial"], row["attempt"]))
 
 

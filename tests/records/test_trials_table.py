@@ -41,6 +41,7 @@ def test_a_complete_trial_has_its_conditions_its_answer_and_its_timing() -> None
         "presses_late": 0,
         "exposure_s": 1.0,
         "underruns": 0,
+        "simulated": True,
     }
 
 
