@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from autd_trials.acoustics.transducer import ULTRASOUND_HZ
 from autd_trials.array.geometry import Vectors
 
-ULTRASOUND_HZ = 40_000.0
 PHASE_STEPS = 256
 
 

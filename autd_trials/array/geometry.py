@@ -74,8 +74,38 @@ def device_poses(units: Sequence[UnitPose]) -> list[DevicePose]:
 
 def transducer_positions_mm(units: Sequence[UnitPose]) -> Vectors:
     """Return the transducers' positions in mm in the calibrated frame, shape (devices, 249, 3)."""
-    local_mm = _device_transducers_mm()
-    return np.array([local_mm @ pose.rotation.T + pose.origin_mm for pose in device_poses(units)])
+    places_mm = transducer_places_mm()
+    return np.array([places_mm @ pose.rotation[:, :2].T + pose.origin_mm for pose in device_poses(units)])
+
+
+def transducer_places_mm() -> Vectors:
+    """Return the transducers' places on a device in mm, from transducer 0 on, shape (249, 2)."""
+    places = [
+        (column * PITCH_MM, row * PITCH_MM)
+        for row in range(_ROWS)
+        for column in range(_COLUMNS)
+        if (column, row) not in _SCREW_HOLES
+    ]
+    return np.array(places)
+
+
+def moved(unit: UnitPose, shift_mm: Vectors, rotation_deg: Vectors) -> UnitPose:
+    """Return a unit turned about its centre and then shifted.
+
+    Parameters
+    ----------
+    unit
+        The unit.
+    shift_mm
+        Shift in mm in the calibrated frame, shape (3,).
+    rotation_deg
+        Rotation vector in degrees in the calibrated frame, shape (3,).
+    """
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_rotvec(rotation_deg, degrees=True).as_matrix()
+    translation_mm = turn @ (unit.translation_mm - unit.centre_mm) + unit.centre_mm + shift_mm
+    return UnitPose(unit.name, turn @ unit.rotation, translation_mm)
 
 
 def is_rotation(matrix: Vectors, tolerance: float = 1e-6) -> bool:
@@ -88,13 +118,3 @@ def _device_corners_mm() -> Iterator[Vectors]:
     for row in range(UNIT_ROWS):
         for column in range(UNIT_COLUMNS):
             yield np.array([column * DEVICE_WIDTH_MM, row * DEVICE_HEIGHT_MM, 0.0])
-
-
-def _device_transducers_mm() -> Vectors:
-    places = [
-        (column * PITCH_MM, row * PITCH_MM, 0.0)
-        for row in range(_ROWS)
-        for column in range(_COLUMNS)
-        if (column, row) not in _SCREW_HOLES
-    ]
-    return np.array(places)

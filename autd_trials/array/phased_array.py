@@ -11,6 +11,7 @@ from typing import NoReturn
 from autd_trials.array import envelope
 from autd_trials.array.backend import START_GRID_NS, Backend, Burst, DeviceStates, StartRefusedError
 from autd_trials.array.driver import ArrayInfo, Completion, Health, Onset, Stimulus
+from autd_trials.array.emission import FULL_INTENSITY
 from autd_trials.array.focus import focus_phases
 from autd_trials.array.geometry import UnitPose, device_poses, transducer_positions_mm
 from autd_trials.array.limits import ExposureMeter, Limits, exposure_s, refuse_out_of_reach
@@ -26,7 +27,6 @@ _START_ATTEMPTS = 3
 _WATCH_S = 0.1  # how often the devices are looked at while a burst runs
 _REPORT_DEADLINE_S = 0.1  # the devices' reports lag by up to 15 ms
 _REPORT_POLL_S = 0.005
-_FULL_INTENSITY = 255
 
 
 @dataclass(frozen=True)
@@ -270,9 +270,9 @@ def _intensity(drive: float) -> int:
     """Return the intensity byte; the pressure amplitude is proportional to it."""
     if not 0 <= drive <= 1:
         raise UsageError(f"the stimulus's drive is {drive}", do="make drive 0 to 1")
-    intensity = round(_FULL_INTENSITY * drive)
+    intensity = round(FULL_INTENSITY * drive)
     if drive > 0 and intensity == 0:
-        smallest = 1 / _FULL_INTENSITY
+        smallest = 1 / FULL_INTENSITY
         raise UsageError(
             f"the stimulus's drive of {drive} is too small for the devices",
             do=f"make drive 0 (nothing is emitted) or at least {smallest:.4f}",

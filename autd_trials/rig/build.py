@@ -76,7 +76,6 @@ class Builder:
 
     def array(self, exposure_used_s: float = 0.0) -> "ArrayDriver":
         """Return the array with the limits of both rig and protocol."""
-        from autd_trials.acoustics.air import speed_of_sound_m_s
         from autd_trials.array.autd3_backend import Autd3Backend
         from autd_trials.array.link import EmulatorLink, NetworkLink
         from autd_trials.array.phased_array import PhasedArray
@@ -89,7 +88,7 @@ class Builder:
             VirtualBackend(self.clock) if self.virtual else Autd3Backend(real, self.clock),
             _limits(self.rig.array.limits).and_also(_limits(self.protocol.safety)),
             self.clock,
-            speed_of_sound_m_s=speed_of_sound_m_s(self.rig.array.air_temperature_c),
+            speed_of_sound_m_s=self.rig.air.speed_of_sound_m_s,
             exposure_used_s=exposure_used_s,
         )
 

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from autd_trials.acoustics.air import Air
 from autd_trials.responses.box_protocols import BoxProtocol
 
 
@@ -40,7 +41,13 @@ class ArraySpec(_Model):
         description="'emulator' (the SDK's firmware emulator), or the network interface of real devices."
     )
     air_temperature_c: float = Field(
-        20.0, ge=0, le=45, description="Air temperature, for the speed of sound."
+        20.0, ge=0, le=45, description="Air temperature, for the speed of sound and absorption."
+    )
+    air_relative_humidity_percent: float = Field(
+        50.0, ge=0, le=100, description="Relative humidity, for the absorption."
+    )
+    air_pressure_kpa: float = Field(
+        101.3, ge=50, le=120, description="Air pressure, for density and absorption."
     )
     limits: LimitsSpec
 
@@ -113,3 +120,9 @@ class Rig(_Model):
     def emulated(self) -> bool:
         """Whether the array is the firmware emulator."""
         return self.array.link == "emulator"
+
+    @property
+    def air(self) -> Air:
+        """The air in the room."""
+        array = self.array
+        return Air(array.air_temperature_c, array.air_relative_humidity_percent, array.air_pressure_kpa)
