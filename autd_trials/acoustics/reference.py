@@ -27,18 +27,19 @@ def reference_pressure(sources: Sources, medium: Medium, points_mm: Vectors) -> 
         Peak pressure in Pa, shape (n,).
     """
     points_at_once = max(1, _MOST_PAIRS // sources.places_mm.shape[0])
+    positions_mm = sources.positions_mm
     pressure = np.zeros(len(points_mm), np.complex128)
     for begin in range(0, len(points_mm), points_at_once):
         part = slice(begin, begin + points_at_once)
         for device in range(len(sources.origins_mm)):
-            pressure[part] += _device_pressure(sources, medium, device, points_mm[part])
+            ways_mm = points_mm[part, None, :] - positions_mm[device]
+            pressure[part] += _device_pressure(sources, medium, device, ways_mm)
     return pressure
 
 
 def _device_pressure(
-    sources: Sources, medium: Medium, device: int, points_mm: Vectors
+    sources: Sources, medium: Medium, device: int, ways_mm: Vectors
 ) -> NDArray[np.complex128]:
-    ways_mm = points_mm[:, None, :] - sources.positions_mm[device]
     distances_mm = np.linalg.norm(ways_mm, axis=-1)
     cosines = ways_mm @ sources.rotations[device][:, 2] / distances_mm
     directivity = np.polynomial.polynomial.polyval(cosines, medium.directivity)
