@@ -15,6 +15,7 @@ _COMMANDS: Final = {
     "schema": "print the JSON Schema of protocol or rig files, for editors",
     "export": "make a study's BIDS data set again from its logs",
     "analyse": "detection rates, planned comparisons and the figure of a study",
+    "field": "the predicted field around foci: pictures, metrics, pose errors, microphone scans",
     "devices": "list what is connected: serial ports, sound devices, network interfaces",
 }
 _STOPPED_BY_SIGNAL = 130

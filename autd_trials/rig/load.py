@@ -52,6 +52,12 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
     return LoadedRig(rig, calibration, sha256)
 
 
+def with_calibration(loaded: LoadedRig, path: Path) -> LoadedRig:
+    """Return a rig with another calibration; raises UsageError if the file is missing or wrong."""
+    calibration, sha256 = load_calibration(path)
+    return LoadedRig(loaded.rig, calibration, sha256)
+
+
 def _refuse_made_up(calibration: Calibration, rig: Rig, path: Path) -> None:
     if calibration.made_up and not rig.emulated:
         raise UnsafeError(
