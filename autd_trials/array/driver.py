@@ -54,6 +54,17 @@ class Health:
 
 
 @dataclass(frozen=True)
+class Exposure:
+    """What an armed stimulus would do: exposure in s at full drive, and the level at the ears in dB SPL.
+
+    `ear_level_db` is predicted; None where nothing is emitted or it is not known where the ears are.
+    """
+
+    exposure_s: float
+    ear_level_db: float | None
+
+
+@dataclass(frozen=True)
 class Onset:
     """An accepted start command.
 
@@ -89,8 +100,8 @@ class ArrayDriver(Protocol):
     def check(self, stimuli: Sequence[Stimulus]) -> None:
         """Refuse (UnsafeError, UsageError) what could not be emitted one after the other under the limits."""
 
-    def arm(self, stimulus: Stimulus) -> float:
-        """Preload a stimulus in silence; return its exposure in s at full drive. Refuses as `check` does."""
+    def arm(self, stimulus: Stimulus) -> Exposure:
+        """Preload a stimulus in silence; return what it would do. Refuses as `check` does."""
 
     @property
     def lead_s(self) -> float:

@@ -10,7 +10,8 @@ from typing import NoReturn
 
 from autd_trials.array import envelope
 from autd_trials.array.backend import START_GRID_NS, Backend, Burst, DeviceStates, StartRefusedError
-from autd_trials.array.driver import ArrayInfo, Completion, Health, Onset, Stimulus
+from autd_trials.array.driver import ArrayInfo, Completion, Exposure, Health, Onset, Stimulus
+from autd_trials.array.ears import EarWatch
 from autd_trials.array.emission import FULL_INTENSITY
 from autd_trials.array.focus import focus_phases
 from autd_trials.array.geometry import UnitPose, device_poses, transducer_positions_mm
@@ -53,6 +54,8 @@ class PhasedArray:
         Speed of sound in m/s.
     exposure_used_s
         Exposure that the session has used before, in s at full drive.
+    ears
+        Watches over the level at the ears; None if it is not known where they are.
     """
 
     def __init__(
@@ -64,11 +67,13 @@ class PhasedArray:
         *,
         speed_of_sound_m_s: float,
         exposure_used_s: float = 0.0,
+        ears: EarWatch | None = None,
     ) -> None:
         self._units = list(units)
         self._transducers_mm = transducer_positions_mm(self._units)
         self._backend = backend
         self._meter = ExposureMeter(limits, exposure_used_s)
+        self._ears = ears
         self._clock = clock
         self._speed_of_sound_m_s = speed_of_sound_m_s
         self._send_times_s: deque[float] = deque(maxlen=_SEND_TIMES_KEPT)
@@ -108,8 +113,8 @@ class PhasedArray:
             self._burst(stimulus)
         self._meter.refuse_unsafe(stimuli)
 
-    def arm(self, stimulus: Stimulus) -> float:
-        """Preload a stimulus in silence; return its exposure in s at full drive."""
+    def arm(self, stimulus: Stimulus) -> Exposure:
+        """Preload a stimulus in silence; return its exposure and the level at the ears."""
         if self._running:
             raise RuntimeError("arm: the last stimulus was neither finished nor aborted")
         self._armed = None
@@ -118,7 +123,7 @@ class PhasedArray:
         _refuse_unwell(self._backend.states())
         self._backend.load(burst)
         self._armed = (stimulus, burst)
-        return exposure_s(stimulus)
+        return Exposure(exposure_s(stimulus), self._ears.level_db(stimulus) if self._ears else None)
 
     def start(self, onset_s: float) -> Onset:
         """Start the armed stimulus at host time `onset_s`, or as soon after it as the lead allows."""
@@ -185,6 +190,8 @@ class PhasedArray:
 
     def _burst(self, stimulus: Stimulus) -> Burst:
         refuse_out_of_reach(self._units, stimulus.target_mm)
+        if self._ears:
+            self._ears.refuse_unsafe(stimulus)
         phases = focus_phases(self._transducers_mm, stimulus.target_mm, self._speed_of_sound_m_s)
         return Burst(envelope.samples(stimulus), phases, _intensity(stimulus.drive))
 

@@ -71,8 +71,7 @@ def bench(
     virtual = choices.simulated and not choices.real_time
     clock: Clock = VirtualClock(start_utc) if virtual else RealClock()
     builder = Builder(
-        study.loaded_rig.rig,
-        study.loaded_rig.calibration,
+        study.loaded_rig,
         protocol,
         clock,
         virtual=virtual,
@@ -123,7 +122,13 @@ def _simulated(
 ) -> _Parts:
     from autd_trials.participants.simulated import SimulatedParticipant
 
-    participant = SimulatedParticipant(builder.clock, seed=plan.seed, place=plan.place, session=plan.session)
+    participant = SimulatedParticipant(
+        builder.clock,
+        seed=plan.seed,
+        place=plan.place,
+        session=plan.session,
+        predicted_force_mn=builder.predicted_force_mn(),
+    )
     participant.check(plan)
     devices = builder.simulated(participant, exposure_used_s=exposure_used_s, seed=plan.seed)
     return Unattended(), [_watcher(stack, builder.clock, choices)], devices

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autd_trials.commands.output import print_json, print_text
+from autd_trials.commands.output import print_json, print_text, say
 
 if TYPE_CHECKING:
     from autd_trials.commands.study import Study
@@ -25,30 +25,46 @@ def execute(options: argparse.Namespace) -> int:
 
     study = load_study(options.protocol, options.rig, Path("data"))
     plan = make_plan(study.protocol, place=1, session=1, seed=1)
-    _refuse_unsafe(study, plan)
-    facts = _facts(study, plan)
+    ear_level_db = _refuse_unsafe(study, plan)
+    facts = _facts(study, plan, ear_level_db)
     if options.json:
         print_json(facts)
     else:
-        print_text("\n".join(f"{name:<22}{value}" for name, value in facts.items()))
+        print_text("\n".join(f"{name:<24}{value}" for name, value in facts.items()))
+    _warn(ear_level_db)
     return 0
 
 
-def _refuse_unsafe(study: "Study", plan: "Plan") -> None:
-    """Ask the array layer itself, on an in-process array in virtual time."""
+def _refuse_unsafe(study: "Study", plan: "Plan") -> float | None:
+    """Ask the array layer itself, on an in-process array in virtual time; return the level at the ears."""
     from datetime import UTC, datetime
 
     from autd_trials.clock import VirtualClock
     from autd_trials.rig.build import Builder
     from autd_trials.session.devices import array_stimulus
 
-    rig = study.loaded_rig
     clock = VirtualClock(datetime.now(UTC))
-    array = Builder(rig.rig, rig.calibration, study.protocol, clock, virtual=True).array()
-    array.check([array_stimulus(study.protocol, trial) for trial in plan.trials])
+    array = Builder(study.loaded_rig, study.protocol, clock, virtual=True).array()
+    stimuli = [array_stimulus(study.protocol, trial) for trial in plan.trials]
+    array.check(stimuli)
+    array.open()
+    levels = [array.arm(stimulus).ear_level_db for stimulus in dict.fromkeys(stimuli)]
+    return max((level for level in levels if level is not None), default=None)
 
 
-def _facts(study: "Study", plan: "Plan") -> dict[str, Any]:
+def _warn(ear_level_db: float | None) -> None:
+    from autd_trials.array.ears import WARNING_LEVEL_DB
+
+    if ear_level_db is None:
+        say("warning: the level at the ears is not predicted: the protocol does not say where the head is")
+    elif ear_level_db > WARNING_LEVEL_DB:
+        say(
+            f"warning: {ear_level_db:.0f} dB SPL are predicted at the ears (free field, linear theory); over "
+            f"{WARNING_LEVEL_DB:.0f} dB nobody should be exposed without hearing protection"
+        )
+
+
+def _facts(study: "Study", plan: "Plan", ear_level_db: float | None) -> dict[str, Any]:
     from autd_trials.console.status import time_left_s
 
     rig, protocol = study.loaded_rig, study.protocol
@@ -63,7 +79,11 @@ def _facts(study: "Study", plan: "Plan") -> dict[str, Any]:
         "catch trials": sum(trial.trial_type == "catch" for trial in plan.trials),
         "minutes at least": round(time_left_s(plan, protocol.timing, completed=0) / 60, 1),
         "exposure_s": round(exposure_s, 6),
+        "exposure of a trial_s": max(t.stimulus.drive**2 * t.stimulus.duration_s for t in plan.trials),
         "exposure limit_s": min(rig.rig.array.limits.session_exposure_s, protocol.safety.session_exposure_s),
+        "ear level_db": None if ear_level_db is None else round(ear_level_db, 1),
+        "ear level limit_db": rig.rig.array.limits.largest_ear_level_db,
+        "hearing protection_db": rig.rig.hearing_protection_db,
         "masking": "none" if protocol.masking is None else protocol.masking.noise,
         "sound": "none" if rig.rig.sound is None else rig.rig.sound.player,
         "responses": rig.rig.responses.device,

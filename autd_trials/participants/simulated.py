@@ -2,11 +2,17 @@
 
 import heapq
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError, UsageError
-from autd_trials.participants.traits import Layer, ParticipantTraits
+from autd_trials.participants.traits import (
+    FULL_DRIVE_FORCE_MN,
+    PREDICTED_FORCE_MN,
+    Layer,
+    ParticipantTraits,
+)
 from autd_trials.protocol.plan import Plan
 from autd_trials.responses.responder import Presentation, Press, ResponderInfo
 
@@ -17,6 +23,8 @@ CLOTHING_LAYERS: Mapping[str, tuple[Layer, ...]] = {"inner": ("inner",), "inner_
 """What a participant wears at each level of the shipped protocols' clothing factor."""
 
 BUTTON = "simulated"
+
+_AS_A_GOOD_FOCUS: Mapping[str, float] = MappingProxyType({})
 
 # First words of the spawn keys: they keep the streams apart from each other and from the plan's.
 _TRAITS_STREAM, _ANSWER_STREAM = 0x70617274, 0x616E7377
@@ -45,6 +53,9 @@ class SimulatedParticipant:
         The factor that says what the participant wears; a presentation without it reaches bare skin.
     layers
         What is worn at each level of that factor. Other levels are refused, not guessed.
+    predicted_force_mn
+        The force of the field at each target at full drive, as linear theory predicts it where the units
+        really stand, in mN. At other targets it is taken for that of a good focus.
     """
 
     def __init__(
@@ -57,6 +68,7 @@ class SimulatedParticipant:
         traits: ParticipantTraits | None = None,
         clothing_factor: str = "clothing",
         layers: Mapping[str, tuple[Layer, ...]] = CLOTHING_LAYERS,
+        predicted_force_mn: Mapping[str, float] = _AS_A_GOOD_FOCUS,
     ) -> None:
         self.traits = traits or ParticipantTraits.draw(_generator(seed, _TRAITS_STREAM, place))
         self._clock = clock
@@ -65,6 +77,7 @@ class SimulatedParticipant:
         self._session = session
         self._clothing_factor = clothing_factor
         self._layers = layers
+        self._predicted_force_mn = predicted_force_mn
         self._open = False
         self._due: list[tuple[float, int, Press]] = []
         self._presses_made = 0
@@ -82,7 +95,8 @@ class SimulatedParticipant:
         self._open = True
         return ResponderInfo(
             kind="simulated",
-            device=f"simulated participant (assumed model, no data), seed {self._seed}, place {self._place}",
+            device=f"simulated participant (assumed model, no data), seed {self._seed}, place {self._place}"
+            + "".join(f", {self._full_drive_mn(t):.1f} mN at {t}" for t in self._predicted_force_mn),
             time_uncertainty_s=0.0,
         )
 
@@ -94,7 +108,11 @@ class SimulatedParticipant:
         UsageError
             The clothing is not among the known `layers`.
         """
-        force_mn = self.traits.force_mn(presentation.drive, self._worn(presentation.conditions))
+        force_mn = self.traits.force_mn(
+            presentation.drive,
+            self._worn(presentation.conditions),
+            full_drive_mn=self._full_drive_mn(presentation.target),
+        )
         generator = _generator(
             self._seed, _ANSWER_STREAM, self._place, self._session, presentation.trial, presentation.attempt
         )
@@ -119,6 +137,10 @@ class SimulatedParticipant:
         """Forget what was presented."""
         self._due.clear()
         self._open = False
+
+    def _full_drive_mn(self, target: str) -> float:
+        predicted_mn = self._predicted_force_mn.get(target, PREDICTED_FORCE_MN)
+        return FULL_DRIVE_FORCE_MN * predicted_mn / PREDICTED_FORCE_MN
 
     def _worn(self, conditions: Mapping[str, float | str | None]) -> tuple[Layer, ...]:
         level = conditions.get(self._clothing_factor)

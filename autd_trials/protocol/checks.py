@@ -17,6 +17,7 @@ RESERVED_NAMES = frozenset(
         "block",
         "channel",
         "duration",
+        "ear_level",
         "emitting_after",
         "emulated",
         "exposure_s",

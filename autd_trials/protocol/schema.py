@@ -210,6 +210,11 @@ class Protocol(Model):
     targets: dict[Name, Target] = Field(
         min_length=1, max_length=100, description="Points to focus on, by name."
     )
+    head: Target | None = Field(
+        None,
+        description="Middle between the participant's ears, for the level that reaches them; a real array "
+        "needs it.",
+    )
     stimulus: StimulusSpec = Field(description="The stimulus, where no factor says otherwise.")
     factors: Factors = Field(description="What is varied.")
     repetitions: int = Field(ge=1, le=1000, description="Stimuli of each kind in each block.")

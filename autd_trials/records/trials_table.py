@@ -79,6 +79,12 @@ _TRAILING = (
         "Commanded exposure: drive squared times duration, as counted against the session's budget.",
         units="s",
     ),
+    Column(
+        "ear_level",
+        "Predicted largest sound pressure level at the ears (free field, linear theory, less the hearing "
+        "protection); n/a where nothing was emitted or the head's place was not given.",
+        units="dB",
+    ),
     Column("underruns", "Gaps in the masking noise during the trial."),
     SIMULATED,
 )
@@ -163,6 +169,7 @@ class _Attempt:
             "presses_in_window": self.presses.count("window"),
             "presses_late": self.presses.count("late"),
             "exposure_s": to_us(stimulus.exposure_s) if stimulus else 0.0,
+            "ear_level": stimulus.ear_level_db if stimulus else None,
             "underruns": end.underruns if end else None,
         }
 

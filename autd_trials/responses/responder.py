@@ -27,6 +27,7 @@ class Presentation:
     duration_s: float
     drive: float
     modulation_hz: float
+    target: str
     conditions: Mapping[str, float | str | None]
 
 

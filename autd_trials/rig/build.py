@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from autd_trials.calibration.file import Calibration
 from autd_trials.clock import Clock
-from autd_trials.errors import UsageError
+from autd_trials.errors import UnsafeError, UsageError
 from autd_trials.protocol.schema import Protocol
+from autd_trials.rig.load import LoadedRig
 from autd_trials.rig.schema import (
     EmulatedSoundSpec,
     LimitsSpec,
@@ -19,6 +19,8 @@ from autd_trials.session.devices import Devices
 
 if TYPE_CHECKING:
     from autd_trials.array.driver import ArrayDriver
+    from autd_trials.array.ears import EarWatch
+    from autd_trials.array.geometry import UnitPose
     from autd_trials.array.limits import Limits
     from autd_trials.masking.level import Headphones
     from autd_trials.masking.masker import Masker
@@ -36,8 +38,8 @@ class Builder:
 
     Parameters
     ----------
-    rig, calibration, protocol
-        What the session runs on, where the units are, what is to be done.
+    loaded_rig, protocol
+        What the session runs on with its calibration, what is to be done.
     clock
         The session's clock.
     virtual
@@ -46,12 +48,16 @@ class Builder:
         What the command line says about sound: None (as the rig says), "none", or a device.
     """
 
-    rig: Rig
-    calibration: Calibration
+    loaded_rig: LoadedRig
     protocol: Protocol
     clock: Clock
     virtual: bool
     audio: str | None = None
+
+    @property
+    def rig(self) -> Rig:
+        """The rig, without its calibration."""
+        return self.loaded_rig.rig
 
     def live(self, terminal: "Terminal", *, exposure_used_s: float, seed: int) -> Devices:
         """Return the devices of a session with a person."""
@@ -81,16 +87,57 @@ class Builder:
         from autd_trials.array.phased_array import PhasedArray
         from autd_trials.array.virtual_backend import VirtualBackend
 
+        units = self.loaded_rig.calibration.unit_poses()
         link = self.rig.array.link
         real = NetworkLink(link.interface) if isinstance(link, NetworkLinkSpec) else EmulatorLink()
         return PhasedArray(
-            self.calibration.unit_poses(),
+            units,
             VirtualBackend(self.clock) if self.virtual else Autd3Backend(real, self.clock),
             _limits(self.rig.array.limits).and_also(_limits(self.protocol.safety)),
             self.clock,
             speed_of_sound_m_s=self.rig.air.speed_of_sound_m_s,
             exposure_used_s=exposure_used_s,
+            ears=self._ears(units),
         )
+
+    def predicted_force_mn(self) -> dict[str, float]:
+        """Return the force at each target at full drive, in mN, where the units really stand."""
+        import numpy as np
+
+        from autd_trials.acoustics.focus_metrics import focus_force_mn
+        from autd_trials.array.emission import focused_sources
+
+        air, forces = self.rig.air, {}
+        for name, target in self.protocol.targets.items():
+            target_mm = (target.x_mm, target.y_mm, target.z_mm)
+            sources = focused_sources(
+                self.loaded_rig.true_calibration.unit_poses(),
+                target_mm,
+                speed_of_sound_m_s=air.speed_of_sound_m_s,
+                believed=self.loaded_rig.calibration.unit_poses(),
+            )
+            forces[name] = focus_force_mn(sources, air, np.array(target_mm))
+        return forces
+
+    def _ears(self, units: "list[UnitPose]") -> "EarWatch | None":
+        """Return what watches over the level at the ears; a real array is not used without it."""
+        from autd_trials.array.ears import Ears, EarWatch
+
+        head = self.protocol.head
+        if head is None and not self.rig.emulated:
+            raise UnsafeError(
+                f"protocol {self.protocol.name!r} does not say where the head is, so that the level at the "
+                "ears cannot be predicted",
+                do="give head: {x_mm: ..., y_mm: ..., z_mm: ...} in the protocol, as measured",
+            )
+        if head is None:
+            return None
+        ears = Ears(
+            (head.x_mm, head.y_mm, head.z_mm),
+            protection_db=self.rig.hearing_protection_db,
+            largest_level_db=self.rig.array.limits.largest_ear_level_db,
+        )
+        return EarWatch(units, ears, self.rig.air)
 
     def _masker(self, seed: int, *, simulated: bool) -> "Masker | None":
         """Return the masker; None where the protocol asks for none or --audio none declined it."""

@@ -18,6 +18,8 @@ class LoadedRig:
     rig: Rig
     calibration: Calibration
     calibration_sha256: str
+    true_calibration: Calibration
+    """Where an emulated rig's units really stand: as calibrated, unless the rig file says otherwise."""
 
 
 def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
@@ -49,13 +51,32 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
     calibration, sha256 = load_calibration(calibration_path)
     _refuse_made_up(calibration, rig, calibration_path)
     _refuse_old(calibration, rig, calibration_path, now)
-    return LoadedRig(rig, calibration, sha256)
+    return LoadedRig(rig, calibration, sha256, _true_calibration(rig, path, calibration))
 
 
 def with_calibration(loaded: LoadedRig, path: Path) -> LoadedRig:
     """Return a rig with another calibration; raises UsageError if the file is missing or wrong."""
     calibration, sha256 = load_calibration(path)
-    return LoadedRig(loaded.rig, calibration, sha256)
+    return LoadedRig(loaded.rig, calibration, sha256, calibration)
+
+
+def _true_calibration(rig: Rig, path: Path, calibration: Calibration) -> Calibration:
+    if rig.calibration.true_file is None:
+        return calibration
+    if not rig.emulated:
+        raise UsageError(
+            "calibration.true_file is for emulated rigs: nobody knows where real units really stand",
+            where=str(path),
+            do="leave it out",
+        )
+    true = load_calibration(path.parent / rig.calibration.true_file)[0]
+    if len(true.units) != len(calibration.units):
+        raise UsageError(
+            f"calibration.true_file has {len(true.units)} units, calibration.file {len(calibration.units)}",
+            where=str(path),
+            do="give the same units in both",
+        )
+    return true
 
 
 def _refuse_made_up(calibration: Calibration, rig: Rig, path: Path) -> None:

@@ -26,6 +26,9 @@ class LimitsSpec(_Model):
     session_exposure_s: float = Field(
         gt=0, description="Largest sum of drive^2 x duration of a session, in s."
     )
+    largest_ear_level_db: float = Field(
+        110.0, gt=0, le=180, description="Largest predicted sound pressure level at the ears in dB."
+    )
 
 
 class NetworkLinkSpec(_Model):
@@ -56,6 +59,12 @@ class CalibrationSpec(_Model):
     """Where the units' poses come from."""
 
     file: str = Field(min_length=1, description="Path of the calibration file, relative to the rig file.")
+    true_file: str | None = Field(
+        None,
+        min_length=1,
+        description="Emulated rigs only: where the units really stand, so that simulated participants feel "
+        "what a wrong calibration does.",
+    )
     oldest_days: float | None = Field(
         None, gt=0, description="Refuse a calibration older than this, in days."
     )
@@ -113,6 +122,12 @@ class Rig(_Model):
     calibration: CalibrationSpec
     sound: Annotated[EmulatedSoundSpec | RealSoundSpec, Field(discriminator="player")] | None = Field(
         None, description="Left out: this rig has no sound, and protocols with masking are refused."
+    )
+    hearing_protection_db: float = Field(
+        0.0,
+        ge=0,
+        le=60,
+        description="Attenuation at 40 kHz of what is worn over the ears, as measured; 0 if unknown.",
     )
     responses: Annotated[KeyboardSpec | SerialSpec, Field(discriminator="device")]
 

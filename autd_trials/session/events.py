@@ -59,7 +59,10 @@ class TrialStart(_Event):
 
 
 class StimulusStart(_Event):
-    """The start command was accepted; `onset_t_s` is the hardware onset on the session's axis."""
+    """The start command was accepted; `onset_t_s` is the hardware onset on the session's axis.
+
+    `ear_level_db` is predicted; None where nothing is emitted or the protocol does not say where the head is.
+    """
 
     event: Literal["stimulus"] = "stimulus"
     trial: int
@@ -71,6 +74,7 @@ class StimulusStart(_Event):
     duration_s: float
     drive: float
     exposure_s: float
+    ear_level_db: float | None = None
 
 
 class ResponseMade(_Event):

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from autd_trials.array.driver import Exposure
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError, StoppedByPerson, TrialsError
 from autd_trials.protocol.plan import Plan, PlannedBlock, PlannedTrial
@@ -133,18 +134,18 @@ class SessionRunner:
         while True:
             try:
                 onset_s = (self._lead_in() if ready_s is None else ready_s) + trial.pause_before_s
-                exposure_s = self._trials.arm(trial, onset_s)
+                exposure = self._trials.arm(trial, onset_s)
                 if not self._interrupts.pause_requested:
-                    return self._run_armed(trial, onset_s, exposure_s)
+                    return self._run_armed(trial, onset_s, exposure)
                 self._pause("asked by the experimenter")
             except DeviceError as fault:
                 self._pause_for(fault)
             ready_s = None
 
-    def _run_armed(self, trial: PlannedTrial, onset_s: float, exposure_s: float) -> float:
+    def _run_armed(self, trial: PlannedTrial, onset_s: float, exposure: Exposure) -> float:
         attempt = self._attempts.get(trial.trial, 0) + 1
         self._attempts[trial.trial] = attempt
-        return self._trials.run(trial, attempt, onset_s, exposure_s)
+        return self._trials.run(trial, attempt, onset_s, exposure)
 
     def _lead_in(self) -> float:
         """Wait before the first trial after a start or a pause, with the masker playing; return the time."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from autd_trials.array.driver import Completion
+from autd_trials.array.driver import Completion, Exposure
 from autd_trials.clock import Clock
 from autd_trials.protocol.plan import PlannedTrial
 from autd_trials.protocol.schema import Protocol
@@ -32,21 +32,21 @@ class TrialRunner:
     presses: PressBook
     watch: Watch
 
-    def arm(self, trial: PlannedTrial, onset_s: float) -> float:
+    def arm(self, trial: PlannedTrial, onset_s: float) -> Exposure:
         """Preload the trial in silence and wait until shortly before it must be started.
 
         Returns early when a pause is requested.
 
         Returns
         -------
-        float
-            The stimulus' exposure in s at full drive.
+        Exposure
+            What the stimulus would do.
         """
-        exposure_s = self.devices.array.arm(array_stimulus(self.protocol, trial))
+        exposure = self.devices.array.arm(array_stimulus(self.protocol, trial))
         self.watch.until(onset_s - self.devices.array.lead_s - _RESERVE_S, pausable=True)
-        return exposure_s
+        return exposure
 
-    def run(self, trial: PlannedTrial, attempt: int, onset_s: float, exposure_s: float) -> float:
+    def run(self, trial: PlannedTrial, attempt: int, onset_s: float, exposure: Exposure) -> float:
         """Run the armed trial at host time `onset_s`; return when its response window ended.
 
         Whatever ends the trial early silences the array first; the trial is then recorded as interrupted.
@@ -62,7 +62,7 @@ class TrialRunner:
         )
         underruns_before = self.watch.underruns
         try:
-            window = self._stimulate(trial, attempt, start_s, onset_s, exposure_s)
+            window = self._stimulate(trial, attempt, start_s, onset_s, exposure)
             self.watch.until(window.onset_s + trial.stimulus.duration_s)
             completion = self.devices.array.finish()
             self.watch.until(window.end_s + _GRACE_S)
@@ -82,7 +82,7 @@ class TrialRunner:
         return window.end_s
 
     def _stimulate(
-        self, trial: PlannedTrial, attempt: int, start_s: float, onset_s: float, exposure_s: float
+        self, trial: PlannedTrial, attempt: int, start_s: float, onset_s: float, exposure: Exposure
     ) -> TrialWindow:
         onset = self.devices.array.start(onset_s)
         spec = trial.stimulus
@@ -96,7 +96,8 @@ class TrialRunner:
             margin_s=round(onset.margin_s, 6),
             duration_s=spec.duration_s,
             drive=spec.drive,
-            exposure_s=exposure_s,
+            exposure_s=exposure.exposure_s,
+            ear_level_db=None if exposure.ear_level_db is None else round(exposure.ear_level_db, 1),
         )
         self.devices.responder.present(
             Presentation(
@@ -106,6 +107,7 @@ class TrialRunner:
                 duration_s=spec.duration_s,
                 drive=spec.drive,
                 modulation_hz=spec.modulation_hz,
+                target=spec.target,
                 conditions=trial.conditions,
             )
         )

@@ -57,7 +57,7 @@ def test_opening_tells_what_is_there(rig: Rig) -> None:
 
 
 def test_a_burst_starts_when_asked_and_ends_by_itself(rig: Rig, burst: Stimulus) -> None:
-    assert rig.array.arm(burst) == pytest.approx(0.1)
+    assert rig.array.arm(burst).exposure_s == pytest.approx(0.1)
     asked_s = rig.clock.now_s() + rig.array.lead_s + 0.05
     onset = rig.array.start(asked_s)
     assert onset.requested_s == asked_s
@@ -90,7 +90,7 @@ def test_consecutive_bursts_alike(rig: Rig, burst: Stimulus, make_stimulus: Make
 
 
 def test_a_catch_trial_goes_like_any_other(rig: Rig, make_stimulus: MakeStimulus) -> None:
-    assert rig.array.arm(make_stimulus(duration_s=0.1, drive=0.0)) == 0
+    assert rig.array.arm(make_stimulus(duration_s=0.1, drive=0.0)).exposure_s == 0
     onset = rig.array.start(rig.clock.now_s())
     assert rig.array.finish().ended_s >= onset.onset_s + 0.1 - 1e-3
 

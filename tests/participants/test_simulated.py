@@ -11,7 +11,7 @@ from scipy import stats
 from autd_trials.clock import RealClock, VirtualClock
 from autd_trials.errors import UsageError
 from autd_trials.participants.simulated import SimulatedParticipant
-from autd_trials.participants.traits import ParticipantTraits
+from autd_trials.participants.traits import PREDICTED_FORCE_MN, ParticipantTraits
 from autd_trials.protocol.plan import Plan, PlannedBlock
 from autd_trials.responses.responder import Presentation
 
@@ -31,7 +31,7 @@ def shown(
     modulation_hz: float = 100.0,
     clothing: float | str | None = "inner",
 ) -> Presentation:
-    return Presentation(trial, attempt, onset_s, 1.0, drive, modulation_hz, {"clothing": clothing})
+    return Presentation(trial, attempt, onset_s, 1.0, drive, modulation_hz, "chest", {"clothing": clothing})
 
 
 def reaction_times_s(
@@ -155,7 +155,9 @@ def test_other_words_for_clothing_can_be_given() -> None:
         clock, seed=1, place=1, session=1, traits=EAGER, clothing_factor="wear", layers={"coat": ("outer",)}
     )
     participant.open()
-    participant.present(Presentation(1, 1, 0.0, 1.0, 1.0, 100.0, {"wear": "coat", "clothing": "unknown"}))
+    participant.present(
+        Presentation(1, 1, 0.0, 1.0, 1.0, 100.0, "chest", {"wear": "coat", "clothing": "unknown"})
+    )
     assert participant.read(100.0)
 
 
@@ -215,3 +217,30 @@ def test_400_studies_of_8_reproduce_the_specified_mean_rates() -> None:
 def is_best_at_100_hz(study: npt.NDArray[np.float64]) -> bool:
     rates = study.mean(axis=0)
     return bool(rates[2] == rates[:3].max() and rates[5] == rates[3:6].max())
+
+
+def felt(predicted_force_mn: dict[str, float]) -> int:
+    """How many of 200 faint stimuli are felt under a field."""
+    clock = virtual_clock()
+    average = ParticipantTraits(0.0, inner_loss_db=-3.0, outer_loss_db=-6.5, criterion=1.65)
+    participant = SimulatedParticipant(
+        clock, seed=1, place=1, session=1, traits=average, predicted_force_mn=predicted_force_mn
+    )
+    participant.open()
+    for trial in range(1, 201):
+        participant.present(shown(trial, 10.0 * trial, modulation_hz=50.0))
+    return len(participant.read(10_000.0)) + sum(len(participant.read(10_000.0)) for _ in range(200))
+
+
+def test_a_weaker_field_is_felt_less_often() -> None:
+    good, half, lost = felt({}), felt({"chest": PREDICTED_FORCE_MN / 2}), felt({"chest": 0.0})
+    assert good > half + 20 > lost + 20
+    assert felt({"chest": PREDICTED_FORCE_MN}) == good
+    assert felt({"elsewhere": 0.0}) == good
+
+
+def test_the_record_says_which_force_was_taken() -> None:
+    participant = SimulatedParticipant(
+        virtual_clock(), seed=1, place=1, session=1, predicted_force_mn={"chest": PREDICTED_FORCE_MN / 4}
+    )
+    assert "5.0 mN at chest" in participant.open().device

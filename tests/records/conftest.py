@@ -193,6 +193,7 @@ class SessionScript:
             duration_s=spec.duration_s,
             drive=spec.drive,
             exposure_s=spec.drive**2 * spec.duration_s,
+            ear_level_db=98.5,
         )
 
     def press(self, number: int, attempt: int = 1, phase: Any = "window") -> "SessionScript":

@@ -40,6 +40,7 @@ def test_a_complete_trial_has_its_conditions_its_answer_and_its_timing() -> None
         "presses_in_window": 2,
         "presses_late": 0,
         "exposure_s": 1.0,
+        "ear_level": 98.5,
         "underruns": 0,
         "simulated": True,
     }

@@ -90,7 +90,9 @@ def feels(shown: Presentation) -> bool:
 
 
 def presentation(trial: int, onset_s: float) -> Presentation:
-    return Presentation(trial, 1, onset_s, duration_s=1.0, drive=1.0, modulation_hz=100.0, conditions={})
+    return Presentation(
+        trial, 1, onset_s, duration_s=1.0, drive=1.0, modulation_hz=100.0, target="chest", conditions={}
+    )
 
 
 HARDWARE = ["keyboard", "line", "single_byte", "xid"]
