@@ -11,6 +11,7 @@ says, because each contact takes a non-empty word and each other gap any word of
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import comb
 
 from autd_trials.errors import UsageError
@@ -57,12 +58,12 @@ def random_order(counts: Sequence[int], longest_run: int | None, draws: Draws) -
 
 def number_of_orders(counts: Sequence[int], longest_run: int) -> int:
     """Return how many orders have no run longer than `longest_run`; trials of one kind look alike."""
-    return _completions(0, 0, _words(counts, longest_run)[0])
+    return _completions(0, 0, _words(tuple(counts), longest_run)[0])
 
 
 def _arranged_runs(counts: Sequence[int], longest_run: int, draws: Draws) -> list[int]:
     """Return the kinds of the runs in order; no two neighbours are equal."""
-    later_words = _words(counts, longest_run)
+    later_words = _words(tuple(counts), longest_run)
     runs: list[int] = []
     for kind, count in enumerate(counts):
         if count:
@@ -140,7 +141,8 @@ def _run_lengths(count: int, parts: int, longest_run: int, draws: Draws) -> list
     return lengths
 
 
-def _words(counts: Sequence[int], longest_run: int) -> list[Polynomial]:
+@lru_cache(maxsize=4)  # the blocks of a session have the same counts
+def _words(counts: tuple[int, ...], longest_run: int) -> list[Polynomial]:
     """Return, from each kind on, the signed numbers of words of all its and the later kinds' trials.
 
     Item m of a polynomial belongs to u^m: the words of m pieces, a piece being any number of touching runs.
@@ -148,11 +150,9 @@ def _words(counts: Sequence[int], longest_run: int) -> list[Polynomial]:
     """
     words: list[Polynomial] = [[1]]
     for count in reversed(counts):
+        ways = [_compositions(count, parts, longest_run) for parts in range(count + 1)]
         pieces = [
-            sum(
-                _compositions(count, parts, longest_run) * _pieces(parts, number)
-                for parts in range(count + 1)
-            )
+            sum(ways[parts] * _pieces(parts, number) for parts in range(number, count + 1) if ways[parts])
             for number in range(count + 1)
         ]
         words.insert(0, _joined(words[0], pieces))

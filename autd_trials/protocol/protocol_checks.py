@@ -21,7 +21,7 @@ from autd_trials.protocol.safety_checks import safety_faults
 if TYPE_CHECKING:
     from autd_trials.protocol.schema import Comparison, Factor, Level, Protocol
 
-MOST_TRIALS_PER_BLOCK = 1000
+MOST_TRIALS_PER_BLOCK = 500
 MOST_BLOCKS = 20
 
 

@@ -13,7 +13,9 @@ from autd_trials.rig.schema import Rig
 from autd_trials.yamlfile.json_schema import json_schema
 from autd_trials.yamlfile.shipped import find_file, shipped_names
 
-SHIPPED = [("protocols", name, Protocol) for name in ("chest", "chest-catch", "pilot")]
+SHIPPED: list[tuple[str, str, type[BaseModel]]] = [
+    ("protocols", name, Protocol) for name in ("chest", "chest-catch", "pilot")
+]
 SHIPPED += [("protocols.rigs", name, Rig) for name in ("emulated", "lab")]
 
 
