@@ -1,9 +1,11 @@
-"""A pseudo-terminal that can be typed into, sent bytes to and unplugged."""
+"""What tests of several rooms need: a pseudo-terminal that can be typed into and unplugged; programs."""
 
 import contextlib
 import os
+import sys
 import tty
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -32,6 +34,13 @@ class PseudoTerminal:
         self.unplug()
         with contextlib.suppress(OSError):
             os.close(self.near)
+
+
+def program(name: str) -> str:
+    """The path of a program installed beside this Python, whether or not its folder is on the PATH."""
+    path = Path(sys.executable).parent / name
+    assert path.exists(), f"{name} is not installed: pip install -e '.[test]'"
+    return str(path)
 
 
 @pytest.fixture

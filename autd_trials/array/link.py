@@ -54,7 +54,8 @@ class HeldLink:
             else:
                 self.address = link.address or stack.enter_context(Emulator(devices)).address
                 self.description = f"firmware emulator {self.address}"
-            stack.callback(_hold(self.address, self.description).release)
+            if isinstance(link, NetworkLink) or link.address:  # an emulator of our own nobody else knows
+                stack.callback(_hold(self.address, self.description).release)
             self._release = stack.pop_all()
 
     def release(self) -> None:

@@ -18,6 +18,7 @@ from analysis.study import analyse
 from analysis.summary import plain_words
 from autd_trials.errors import DeviceError
 from tests.analysis.conftest import CHEST_COUNTS, Answer, StudyWriter, chest_answer, chest_protocol
+from tests.conftest import program
 
 TABLES = (
     "rates",
@@ -242,7 +243,7 @@ def test_warnings_reach_words_json_and_readme(writer: StudyWriter, tmp_path: Pat
 
 def test_the_folder_is_a_valid_bids_derivative(written: Written) -> None:
     done = subprocess.run(
-        ["bids-validator-deno", str(written.folder), "--format", "json"],
+        [program("bids-validator-deno"), str(written.folder), "--format", "json"],
         capture_output=True,
         text=True,
         check=False,

@@ -15,6 +15,7 @@ from autd_trials.protocol.schema import Factor, Factors
 from autd_trials.records.bids import export_study
 from autd_trials.records.log import EventLog
 from autd_trials.session.events import SessionStart
+from tests.conftest import program
 from tests.records.conftest import START, SessionScript, largest_file, make_protocol
 
 LATER = START + timedelta(days=1)
@@ -22,9 +23,7 @@ LATER = START + timedelta(days=1)
 
 def problems(study: Path) -> list[Any]:
     """What the official BIDS validator has to say."""
-    validator = shutil.which("bids-validator-deno")
-    assert validator, "bids-validator-deno is not installed"
-    command = [validator, str(study), "--format", "json_pp"]
+    command = [program("bids-validator-deno"), str(study), "--format", "json_pp"]
     report = subprocess.run(command, capture_output=True, text=True, check=False)
     issues: list[Any] = json.loads(report.stdout)["issues"]["issues"]
     return issues if issues or report.returncode == 0 else [report.stderr]
