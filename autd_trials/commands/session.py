@@ -13,7 +13,7 @@ from autd_trials.protocol.plan import Plan, make_plan
 from autd_trials.protocol.schema import Protocol
 from autd_trials.records.log import EventLog
 from autd_trials.records.progress import Progress
-from autd_trials.records.sessions import StudySession, new_session, study_lock
+from autd_trials.records.sessions import StudySession, new_session, study_lock, take_up
 from autd_trials.session.events import Note, Resume, SessionStart, TrialEnd
 from autd_trials.session.recorder import Recorder
 from autd_trials.session.runner import SessionRunner, Standing
@@ -74,7 +74,7 @@ def resume(study: Study, choices: Choices, found: StudySession) -> Started:
         here.operator.confirm_resume(_summary(found))
         devices = here.devices.open()
         stack.callback(here.devices.close)
-        log = stack.enter_context(EventLog.reopen(found.paths.log))
+        log = stack.enter_context(take_up(found))
         recorder = Recorder(log, here.clock, offset_s=offset_s, listeners=here.listeners)
         _record_resume(recorder, study, here, found, devices)
         _run(here, recorder, start.protocol, start.plan, Standing(progress.complete, progress.attempts))

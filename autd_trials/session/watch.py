@@ -9,7 +9,9 @@ from autd_trials.session.operator import Operator
 from autd_trials.session.presses import PressBook
 from autd_trials.session.recorder import Recorder
 
-RESUME_ADVICE = "to go on with this session, add --resume to the same command"
+RESUME_ADVICE = (
+    "to go on with this session, add --resume with its --participant and --session to the same command"
+)
 
 
 class Watch:
