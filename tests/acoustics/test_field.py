@@ -9,7 +9,7 @@ from autd3_core import Velocity
 from autd3_emulator import Emulator, Recorder, RmsRecordOption
 from autd3_emulator import Grid as EmulatorGrid
 from autd3_pattern import PhaseBuffer
-from hypothesis import given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -39,7 +39,10 @@ def test_points_agree_with_the_reference(seed: int, devices: int, transducers: i
     sources = random_sources(generator, devices, transducers, B_MM)
     points_mm = B_MM + generator.uniform(-300, 300, (400, 3))
     points_mm[0] = B_MM
-    found = pressure(sources, MEDIUM, points_mm)
+    try:
+        found = pressure(sources, MEDIUM, points_mm)
+    except UsageError:
+        reject()  # a random device stood in the way
     assert error(found, sources, points_mm, float(np.abs(found[0]))) < LARGEST_ERROR / 5
 
 
@@ -62,7 +65,7 @@ def test_grids_at_any_pose_agree_with_the_reference(
     try:
         found = grid_pressure(sources, MEDIUM, grid)
     except UsageError:
-        return  # a random device stood in the way
+        reject()  # a random device stood in the way
     peak = float(np.abs(reference_pressure(sources, MEDIUM, B_MM[None]))[0])
     assert error(found, sources, grid.points_mm, peak) < LARGEST_ERROR
 

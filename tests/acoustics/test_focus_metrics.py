@@ -65,12 +65,11 @@ def test_the_maximum_is_found_to_a_tenth_of_a_millimetre() -> None:
 
     sources = two_units(75.0, B_MM + np.array([3.37, -2.18, 4.61]))
     found = locate_maximum(sources, MEDIUM, B_MM)
-    best = minimize(
-        lambda place: -float(np.abs(reference_pressure(sources, MEDIUM, place[None]))[0]),
-        found,
-        method="Nelder-Mead",
-        tol=1e-4,
-    )
+
+    def weakness(place_mm: Vectors) -> float:
+        return -float(np.abs(reference_pressure(sources, MEDIUM, place_mm[None]))[0])
+
+    best = minimize(weakness, found, method="Nelder-Mead", tol=1e-4)
     assert np.abs(found - best.x).max() < 0.1
     assert np.abs(found - (B_MM + np.array([3.37, -2.18, 4.61]))).max() < 0.5
 
