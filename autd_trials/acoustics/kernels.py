@@ -28,7 +28,7 @@ MOST_NODES = 16
 _TRANSDUCER_RADIUS_MM = 5.0
 _LEAST_DISTANCE_MM = 60.0  # closer to a device's rim than this, its envelope is not smooth enough
 _LEAST_NODES = 3
-_NODE_ERROR = 1e-3  # of one device's outermost transducers; over all of them some 1e-5
+_NODE_ERROR = 1e-4  # of one device's outermost transducers; over all of them some 1e-6
 _F = np.float32
 _ONE, _HALF = _F(1), _F(0.5)
 
