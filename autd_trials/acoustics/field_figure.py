@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PANEL_IN = 3.0
-_DOTS_PER_INCH = 150
+_DOTS_PER_INCH = 120
 _COLOURS = "magma"
 _THRESHOLD = 2**-0.5
 

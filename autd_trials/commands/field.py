@@ -96,6 +96,7 @@ class _FieldBench:
     units: "list[UnitPose]"
     air: "Air"
     drive: float
+    pose_errors: Sequence[tuple[int, tuple[float, ...]]]
 
     @classmethod
     def load(cls, options: argparse.Namespace) -> "_FieldBench":
@@ -109,7 +110,8 @@ class _FieldBench:
         if options.calibration is not None:
             rig = with_calibration(rig, options.calibration)
         believed = rig.calibration.unit_poses()
-        return cls(rig, believed, _moved(believed, options.pose_error), rig.rig.air, options.drive)
+        units = _moved(believed, options.pose_error)
+        return cls(rig, believed, units, rig.rig.air, options.drive, options.pose_error)
 
     def sources(self, focus_mm: Triple) -> "Sources":
         from autd_trials.array.emission import focused_sources
@@ -129,7 +131,10 @@ class _FieldBench:
             "calibration_made_up": self.rig.calibration.made_up,
             "drive": self.drive,
             "air": asdict(self.air),
-            "pose_errors": self.believed is not self.units,
+            "pose_errors": [
+                {"unit": number, "shift_mm": values[:3], "rotation_deg": values[3:] or (0.0, 0.0, 0.0)}
+                for number, values in self.pose_errors
+            ],
         }
 
     def draw_foci(self, foci: dict[str, Triple], options: argparse.Namespace) -> list[dict[str, Any]]:
@@ -209,7 +214,11 @@ class _FieldBench:
 
     def _title(self) -> str:
         made_up = " (made up)" if self.rig.calibration.made_up else ""
-        errors = ", units off by --pose-error" if self.believed is not self.units else ""
+        errors = "".join(
+            f", unit {number} off by ({', '.join(f'{x:g}' for x in values[:3])}) mm"
+            + (f" and ({', '.join(f'{x:g}' for x in values[3:])}) degrees" if values[3:] else "")
+            for number, values in self.pose_errors
+        )
         return f"Rig {self.rig.rig.name}{made_up}, drive {self.drive:g}{errors}: predicted, not measured"
 
 
