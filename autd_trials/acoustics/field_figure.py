@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autd_trials.acoustics.air import Air
-from autd_trials.acoustics.field import grid_pressure
+from autd_trials.acoustics.field import Progress, grid_pressure
 from autd_trials.acoustics.focus_metrics import PLANES, FocusMetrics
 from autd_trials.acoustics.grid import Grid, box_grid
 from autd_trials.acoustics.level import energy_density_j_m3
@@ -36,7 +36,14 @@ class FocusPicture:
 
 
 def take_picture(
-    name: str, sources: Sources, air: Air, metrics: FocusMetrics, *, width_mm: float, step_mm: float
+    name: str,
+    sources: Sources,
+    air: Air,
+    metrics: FocusMetrics,
+    *,
+    width_mm: float,
+    step_mm: float,
+    progress: Progress | None = None,
 ) -> FocusPicture:
     """Compute the energy densities on the three planes through a focus.
 
@@ -50,13 +57,15 @@ def take_picture(
         The focus; the planes pass through where it was asked for.
     width_mm, step_mm
         Size and resolution of the planes in mm.
+    progress
+        Told how far each plane is.
     """
     medium = Medium.of(air)
     planes = {}
     for plane, axes in PLANES.items():
         centre_mm = np.array(metrics.focus_mm)
         grid = box_grid(centre_mm, np.eye(3)[list(axes)], width_mm=width_mm, step_mm=step_mm)
-        planes[plane] = (grid, energy_density_j_m3(grid_pressure(sources, medium, grid), air))
+        planes[plane] = (grid, energy_density_j_m3(grid_pressure(sources, medium, grid, progress), air))
     return FocusPicture(name, metrics, planes)
 
 

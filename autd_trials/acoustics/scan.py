@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_trials.acoustics.field import grid_pressure, pressure
+from autd_trials.acoustics.field import Progress, grid_pressure, pressure
 from autd_trials.acoustics.grid import Grid
 from autd_trials.acoustics.sources import Medium, Sources, Vectors
 from autd_trials.errors import UsageError
@@ -106,7 +106,9 @@ def compare_scan(scan: Scan, sources: Sources, medium: Medium) -> ScanComparison
     )
 
 
-def write_scan(path: Path, grid: Grid, sources: Sources, medium: Medium) -> int:
+def write_scan(
+    path: Path, grid: Grid, sources: Sources, medium: Medium, progress: Progress | None = None
+) -> int:
     """Write a grid for a scanning robot, to and fro, with the predicted rms pressure; return the points.
 
     Raises
@@ -114,7 +116,7 @@ def write_scan(path: Path, grid: Grid, sources: Sources, medium: Medium) -> int:
     UsageError
         If there is such a file already, or it cannot be written.
     """
-    rms_pa = np.abs(grid_pressure(sources, medium, grid)) / math.sqrt(2)
+    rms_pa = np.abs(grid_pressure(sources, medium, grid, progress)) / math.sqrt(2)
     try:
         with path.open("x", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)

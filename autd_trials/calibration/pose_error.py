@@ -1,6 +1,6 @@
 """What a wrong pose costs: the energy that is left at the target when the driver believes other poses."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -16,6 +16,8 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 POSITION_ERRORS_MM = (0.3, 1.0, 1.8, 3.0, 5.0, 10.0, 20.0)
 ANGLE_ERRORS_DEG = (0.03, 0.1, 0.3, 1.0)
 
+ErrorKind = Literal["position_mm", "angle_deg"]
+
 
 @dataclass(frozen=True)
 class ErrorCost:
@@ -24,7 +26,7 @@ class ErrorCost:
     `quantiles` are those of `QUANTILES`.
     """
 
-    kind: Literal["position_mm", "angle_deg"]
+    kind: ErrorKind
     size: float
     draws: int
     mean: float
@@ -60,6 +62,7 @@ def error_budget(
     generator: np.random.Generator,
     *,
     draws: int,
+    progress: Callable[[float], None] = lambda _share: None,
 ) -> list[ErrorCost]:
     """Return what errors of several sizes cost, in position and in angle, one at a time.
 
@@ -78,31 +81,26 @@ def error_budget(
         Where the directions come from.
     draws
         How many directions are drawn for each size.
+    progress
+        Told how far it is, 0 to 1.
     """
     best = _energy(units, units, target_mm, air)
     costs = []
-    sizes = [("position_mm", size) for size in POSITION_ERRORS_MM]
+    sizes: list[tuple[ErrorKind, float]] = [("position_mm", size) for size in POSITION_ERRORS_MM]
     sizes += [("angle_deg", size) for size in ANGLE_ERRORS_DEG]
-    for kind, size in sizes:
+    for number, (kind, size) in enumerate(sizes, start=1):
         left = [
             _energy(_disturbed(units, kind, size, generator), units, target_mm, air) / best
             for _ in range(draws)
         ]
         quantiles = tuple(float(q) for q in np.quantile(left, QUANTILES))
-        costs.append(
-            ErrorCost(
-                "position_mm" if kind == "position_mm" else "angle_deg",
-                size,
-                draws,
-                float(np.mean(left)),
-                quantiles,
-            )
-        )
+        costs.append(ErrorCost(kind, size, draws, float(np.mean(left)), quantiles))
+        progress(number / len(sizes))
     return costs
 
 
 def _disturbed(
-    units: Sequence[UnitPose], kind: str, size: float, generator: np.random.Generator
+    units: Sequence[UnitPose], kind: ErrorKind, size: float, generator: np.random.Generator
 ) -> list[UnitPose]:
     def move(unit: UnitPose) -> UnitPose:
         error = size * _random_direction(generator)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autd_trials.commands.output import print_json, print_text, say
+from autd_trials.commands.progress import progress_bar
 from autd_trials.errors import UsageError
 
 if TYPE_CHECKING:
@@ -150,11 +151,17 @@ class _FieldBench:
             refuse_out_of_reach(self.believed, focus_mm)
             sources = self.sources(focus_mm)
             metrics = focus_metrics(sources, self.air, np.array(focus_mm))
-            pictures.append(
-                take_picture(
-                    name, sources, self.air, metrics, width_mm=options.width_mm, step_mm=options.step_mm
+            with progress_bar(f"planes through {name}") as progress:
+                picture = take_picture(
+                    name,
+                    sources,
+                    self.air,
+                    metrics,
+                    width_mm=options.width_mm,
+                    step_mm=options.step_mm,
+                    progress=progress,
                 )
-            )
+            pictures.append(picture)
             left = energy_left(self.units, self.believed, focus_mm, self.air)
             described.append(
                 {
@@ -178,7 +185,15 @@ class _FieldBench:
         if options.error_budget < 1:
             raise UsageError(f"--error-budget is {options.error_budget}", do="give at least 1 draw")
         generator = np.random.default_rng(options.seed)
-        costs = error_budget(self.believed, focus_mm, self.air, generator, draws=options.error_budget)
+        with progress_bar("error budget") as progress:
+            costs = error_budget(
+                self.believed,
+                focus_mm,
+                self.air,
+                generator,
+                draws=options.error_budget,
+                progress=progress,
+            )
         place = ", ".join(f"{x:g}" for x in focus_mm)
         title = f"Energy left at ({place}) mm, {options.error_budget} random directions per size (simulated)"
         draw_error_budget(costs, title, options.out / "error_budget")
@@ -209,7 +224,8 @@ class _FieldBench:
         grid = box_grid(
             np.array(focus_mm), np.eye(3)[[0, 2]], width_mm=options.width_mm, step_mm=options.step_mm
         )
-        points = write_scan(options.scan, grid, self.sources(focus_mm), Medium.of(self.air))
+        with progress_bar("scan") as progress:
+            points = write_scan(options.scan, grid, self.sources(focus_mm), Medium.of(self.air), progress)
         return {"file": str(options.scan), "points": points}
 
     def _title(self) -> str:

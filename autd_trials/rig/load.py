@@ -55,8 +55,15 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
 
 
 def with_calibration(loaded: LoadedRig, path: Path) -> LoadedRig:
-    """Return a rig with another calibration; raises UsageError if the file is missing or wrong."""
+    """Return a rig with another calibration of its units.
+
+    Raises
+    ------
+    UsageError
+        The file is missing or wrong, or is about other units.
+    """
     calibration, sha256 = load_calibration(path)
+    _refuse_other_units(calibration, loaded.calibration, path)
     return LoadedRig(loaded.rig, calibration, sha256, calibration)
 
 
@@ -70,13 +77,18 @@ def _true_calibration(rig: Rig, path: Path, calibration: Calibration) -> Calibra
             do="leave it out",
         )
     true = load_calibration(path.parent / rig.calibration.true_file)[0]
-    if len(true.units) != len(calibration.units):
-        raise UsageError(
-            f"calibration.true_file has {len(true.units)} units, calibration.file {len(calibration.units)}",
-            where=str(path),
-            do="give the same units in both",
-        )
+    _refuse_other_units(true, calibration, path.parent / rig.calibration.true_file)
     return true
+
+
+def _refuse_other_units(calibration: Calibration, known: Calibration, path: Path) -> None:
+    names, wanted = ([unit.name for unit in each.units] for each in (calibration, known))
+    if names != wanted:
+        raise UsageError(
+            f"this is a calibration of {', '.join(names)}; the rig's units are {', '.join(wanted)}",
+            where=str(path),
+            do="give the same units in the same order",
+        )
 
 
 def _refuse_made_up(calibration: Calibration, rig: Rig, path: Path) -> None:

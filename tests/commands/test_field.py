@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from autd_trials.cli import main
+from autd_trials.yamlfile.shipped import find_file
 
 B = "302,225,1000"
 COARSE = ["--width-mm", "60", "--step-mm", "2"]
@@ -92,6 +93,16 @@ def test_bad_input_is_told(
 ) -> None:
     assert main(["field", "--out", str(tmp_path), *COARSE, *arguments]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_calibration_of_other_units_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shipped = find_file("emulated", kind="rig", package="protocols.rigs").with_name(
+        "emulated-calibration.yaml"
+    )
+    other = tmp_path / "other.yaml"
+    other.write_text(shipped.read_text().replace("name: unit 2", "name: unit 7"))
+    assert main(["field", "--focus", B, "--out", str(tmp_path), "--calibration", str(other)]) == 2
+    assert "a calibration of unit 1, unit 7; the rig's units are unit 1, unit 2" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -86,7 +86,7 @@ def test_true_poses_of_a_real_array_are_refused(tmp_path: Path) -> None:
 
 
 def test_true_poses_of_other_units_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="has 1 units"):
+    with pytest.raises(UsageError, match="a calibration of unit 1; the rig's units are unit 1, unit 2"):
         load_rig(str(write_rig(tmp_path, shift_z_mm=0.0, units=1)), NOW)
 
 
