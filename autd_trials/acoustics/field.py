@@ -11,7 +11,8 @@ from autd_trials.acoustics.sources import Medium, Sources, Vectors, refuse_wrong
 from autd_trials.errors import UsageError
 
 if TYPE_CHECKING:
-    from autd_trials.acoustics.kernels import Devices, Tiling, Waves
+    from autd_trials.acoustics.kernels import Devices, Waves
+    from autd_trials.acoustics.tile_kernels import Tiling
 
 Pressures = NDArray[np.complex128]
 Progress = Callable[[float], None]
@@ -89,7 +90,7 @@ def grid_pressure(
     UsageError
         If points lie inside a transducer.
     """
-    from autd_trials.acoustics import kernels
+    from autd_trials.acoustics import tile_kernels
 
     devices, waves = _compiled(sources, medium)
     tiling = _tiling(grid)
@@ -97,7 +98,7 @@ def grid_pressure(
     tiles = int(tiling.tiles.prod())
     at_once = max(2, _POINTS_AT_ONCE // int(tiling.tile.prod()))
     for begin in range(0, tiles, at_once):
-        kernels.tiles_pressure(devices, waves, tiling, begin, min(begin + at_once, tiles), result)
+        tile_kernels.tiles_pressure(devices, waves, tiling, begin, min(begin + at_once, tiles), result)
         _tell(progress, begin + at_once, tiles)
     result = result.reshape(grid.counts)
     _refuse_inside(
@@ -136,7 +137,7 @@ def _compiled(sources: Sources, medium: Medium) -> "tuple[Devices, Waves]":
 
 
 def _tiling(grid: Grid) -> "Tiling":
-    from autd_trials.acoustics.kernels import Tiling
+    from autd_trials.acoustics.tile_kernels import Tiling
 
     missing = 3 - len(grid.counts)
     steps_mm = np.vstack([np.zeros((missing, 3)), grid.steps_mm])
@@ -162,7 +163,7 @@ def _tiling(grid: Grid) -> "Tiling":
 
 def _interpolation(tile: NDArray[np.int64]) -> tuple[Vectors, NDArray[np.float32]]:
     """Return Chebyshev nodes for each count of them, and the weights from them to a tile's points."""
-    from autd_trials.acoustics.kernels import MOST_NODES
+    from autd_trials.acoustics.tile_kernels import MOST_NODES
 
     nodes = np.zeros((MOST_NODES + 1, MOST_NODES))
     weights = np.zeros((3, MOST_NODES + 1, MOST_NODES, int(tile.max())), np.float32)

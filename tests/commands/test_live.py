@@ -139,3 +139,6 @@ def test_unblind_shows_the_condition(sit_down: Person, write_protocol: WriteProt
     child.expect(re.compile(r"stimulus: .*modulation_hz (25|50|100)"))
     child.send("a")
     child.expect("aborted by the experimenter")
+    child.expect(pexpect.EOF)
+    child.close()
+    assert child.exitstatus == 3
