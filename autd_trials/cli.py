@@ -16,6 +16,7 @@ _COMMANDS: Final = {
     "export": "make a study's BIDS data set again from its logs",
     "analyse": "detection rates, planned comparisons and the figure of a study",
     "field": "the predicted field around foci: pictures, metrics, pose errors, microphone scans",
+    "calibrate": "where the units stand: from tracks of a waved target",
     "devices": "list what is connected: serial ports, sound devices, network interfaces",
 }
 _STOPPED_BY_SIGNAL = 130

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from autd_trials.acoustics.field import Progress, grid_pressure, pressure
 from autd_trials.acoustics.grid import Grid
 from autd_trials.acoustics.sources import Medium, Sources, Vectors
+from autd_trials.csvfile import read_numbers
 from autd_trials.errors import UsageError
 
 COLUMNS = ("x_mm", "y_mm", "z_mm", "p_pa")
@@ -64,16 +65,13 @@ def read_scan(path: Path) -> Scan:
         The file cannot be read, has other columns, holds what is no finite number, negative pressures, or
         fewer than 10 points.
     """
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(_rows(path, file.read().splitlines()))
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"the scan cannot be read: {error}", where=str(path)) from error
-    if len(rows) < _FEWEST_POINTS:
+    values = read_numbers(
+        path, "scan", COLUMNS, advice="millimetres, and the rms pressure in Pa", never_negative="p_pa"
+    )
+    if len(values) < _FEWEST_POINTS:
         raise UsageError(
-            f"the scan has {len(rows)} points", where=str(path), do=f"measure {_FEWEST_POINTS} or more"
+            f"the scan has {len(values)} points", where=str(path), do=f"measure {_FEWEST_POINTS} or more"
         )
-    values = np.array(rows)
     return Scan(values[:, :3], values[:, 3])
 
 
@@ -153,36 +151,6 @@ def _best_shift(scan: Scan, axes: Vectors, sources: Sources, medium: Medium) -> 
     ]
     best: Vectors = min(ends, key=lambda end: end.fun).x
     return best
-
-
-def _rows(path: Path, lines: list[str]) -> Iterator[list[float]]:
-    reader = csv.DictReader(lines)
-    header = [name.strip() for name in reader.fieldnames or []]
-    missing = [name for name in COLUMNS if name not in header]
-    if missing:
-        raise UsageError(
-            f"the columns {', '.join(missing)} are missing; there are {', '.join(header) or 'none'}",
-            where=f"{path}:1",
-            do=f"name them {', '.join(COLUMNS)} (millimetres; rms pressure in Pa)",
-        )
-    for row in reader:
-        where = f"{path}:{reader.line_num}"
-        values = [_number(row.get(name), name, where) for name in COLUMNS]
-        if values[3] < 0:
-            raise UsageError("p_pa is negative", where=where, do="give the rms pressure in Pa")
-        yield values
-
-
-def _number(text: str | None, name: str, where: str) -> float:
-    try:
-        value = float(text or "")
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise UsageError(
-            f"{name} is {text!r}, which is no finite number", where=where, do="correct this line"
-        )
-    return value
 
 
 def _seen_axes(points_mm: Vectors) -> Vectors:

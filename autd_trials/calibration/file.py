@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, field_validator
 
 from autd_trials.array.geometry import UnitPose, is_rotation
+from autd_trials.errors import UsageError
 from autd_trials.yamlfile import load_with_sha256
 
 Row3 = tuple[float, float, float]
@@ -34,6 +35,28 @@ class Counts(_Model):
     outliers: int = Field(ge=0, description="Points among them that were left out.")
 
 
+class RangeError(_Model):
+    """What a sensor's range was found to be wrong by: it read ``bias_mm + (1 + scale) * range``."""
+
+    bias_mm: float = Field(description="Constant part in mm.")
+    bias_sd_mm: float = Field(ge=0, description="Its standard deviation in mm.")
+    scale: float = Field(description="Share of the range; 0 unless a wand was waved.")
+    scale_sd: float = Field(ge=0, description="Its standard deviation; 0 unless a wand was waved.")
+
+
+class PredictedEnergy(_Model):
+    """Energy at a target relative to perfectly known poses, over pose errors as the covariances say.
+
+    What points cannot see, such as a sensor that sits elsewhere on its unit than assumed, is not in it.
+    """
+
+    target_mm: Row3 = Field(description="The target in mm in the calibrated frame.")
+    mean: float = Field(ge=0, description="Mean over the errors.")
+    low: float = Field(ge=0, description="5 % quantile.")
+    high: float = Field(ge=0, description="95 % quantile.")
+    draws: int = Field(gt=0, description="How many errors were drawn.")
+
+
 class CalibratedUnit(_Model):
     """One unit; a point p of its own lies at ``rotation p + translation_mm`` in the calibrated frame."""
 
@@ -43,8 +66,11 @@ class CalibratedUnit(_Model):
     residuals: Residuals | None = Field(None, description="Left out where nothing was measured.")
     counts: Counts | None = Field(None, description="Left out where nothing was measured.")
     covariance: tuple[Row6, Row6, Row6, Row6, Row6, Row6] | None = Field(
-        None, description="Of x, y, z in mm and the rotation vector in rad; left out where unknown."
+        None,
+        description="Of the origin's x, y, z in mm and the rotation vector about it in rad, in the "
+        "calibrated frame; left out where unknown.",
     )
+    range_error: RangeError | None = Field(None, description="Left out where it was not estimated.")
 
     @field_validator("rotation")
     @classmethod
@@ -66,6 +92,12 @@ class Calibration(_Model):
     time: AwareDatetime = Field(description="When, with the time zone: 2026-11-22T09:30:00Z.")
     inputs: dict[str, Sha256] = Field(
         default_factory=dict, description="SHA-256 of each file that the poses were computed from."
+    )
+    settings: dict[str, str | int | float | bool] = Field(
+        default_factory=dict, description="What else is needed to compute the poses again."
+    )
+    predicted_energy: PredictedEnergy | None = Field(
+        None, description="Left out where the covariances are unknown."
     )
     units: tuple[CalibratedUnit, ...] = Field(min_length=1, description="In the order of wiring.")
 
@@ -89,6 +121,32 @@ class Calibration(_Model):
         return [
             UnitPose(unit.name, np.array(unit.rotation), np.array(unit.translation_mm)) for unit in self.units
         ]
+
+
+def write_calibration(calibration: Calibration, path: Path) -> None:
+    """Write a calibration file.
+
+    Raises
+    ------
+    UsageError
+        The file exists, as nothing recorded is overwritten, or cannot be written.
+    """
+    import yaml
+
+    text = yaml.safe_dump(
+        calibration.model_dump(mode="json", exclude_none=True),
+        sort_keys=False,
+        allow_unicode=True,
+        default_flow_style=None,
+        width=100,
+    )
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise UsageError("this file exists already", where=str(path), do="give --out another name") from None
+    except OSError as error:
+        raise UsageError(f"the calibration cannot be written: {error}", where=str(path)) from error
 
 
 def load_calibration(path: Path) -> tuple[Calibration, str]:

@@ -52,7 +52,15 @@ def energy_left(
     air
         The air.
     """
-    return _energy(units, believed, target_mm, air) / _energy(units, units, target_mm, air)
+    return target_energy(units, believed, target_mm, air) / target_energy(units, units, target_mm, air)
+
+
+def target_energy(
+    units: Sequence[UnitPose], believed: Sequence[UnitPose], target_mm: tuple[float, float, float], air: Air
+) -> float:
+    """Return the squared pressure at a target in Pa^2; parameters as for `energy_left`."""
+    sources = focused_sources(units, target_mm, speed_of_sound_m_s=air.speed_of_sound_m_s, believed=believed)
+    return float(abs(reference_pressure(sources, Medium.of(air), np.array([target_mm]))[0]) ** 2)
 
 
 def error_budget(
@@ -84,13 +92,13 @@ def error_budget(
     progress
         Told how far it is, 0 to 1.
     """
-    best = _energy(units, units, target_mm, air)
+    best = target_energy(units, units, target_mm, air)
     costs = []
     sizes: list[tuple[ErrorKind, float]] = [("position_mm", size) for size in POSITION_ERRORS_MM]
     sizes += [("angle_deg", size) for size in ANGLE_ERRORS_DEG]
     for number, (kind, size) in enumerate(sizes, start=1):
         left = [
-            _energy(_disturbed(units, kind, size, generator), units, target_mm, air) / best
+            target_energy(_disturbed(units, kind, size, generator), units, target_mm, air) / best
             for _ in range(draws)
         ]
         quantiles = tuple(float(q) for q in np.quantile(left, QUANTILES))
@@ -114,11 +122,3 @@ def _random_direction(generator: np.random.Generator) -> Vectors:
     vector = generator.standard_normal(3)
     direction: Vectors = vector / np.linalg.norm(vector)
     return direction
-
-
-def _energy(
-    units: Sequence[UnitPose], believed: Sequence[UnitPose], target_mm: tuple[float, float, float], air: Air
-) -> float:
-    """Return the squared pressure at the target."""
-    sources = focused_sources(units, target_mm, speed_of_sound_m_s=air.speed_of_sound_m_s, believed=believed)
-    return float(abs(reference_pressure(sources, Medium.of(air), np.array([target_mm]))[0]) ** 2)

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autd_trials.commands.arguments import Triple, numbers, triple
 from autd_trials.commands.output import print_json, print_text, say
 from autd_trials.commands.progress import progress_bar
 from autd_trials.errors import UsageError
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     from autd_trials.acoustics.sources import Sources
     from autd_trials.array.geometry import UnitPose
     from autd_trials.rig.load import LoadedRig
-
-Triple = tuple[float, float, float]
 
 PAPER_FOCI: dict[str, Triple] = {"A": (302, 225, 500), "B": (302, 225, 1000), "C": (302, 225, 1500)}
 """The foci of the paper's section 4, in mm."""
@@ -31,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--calibration", type=Path, metavar="FILE", help="another calibration than the rig's")
     parser.add_argument(
         "--focus",
-        type=_triple,
+        type=triple,
         action="append",
         metavar="X,Y,Z",
         help="a focus in mm; may be repeated; --focus=X,Y,Z if X is negative (the paper's A, B and C)",
@@ -314,26 +313,8 @@ def _line(focus: dict[str, Any]) -> str:
     )
 
 
-def _triple(text: str) -> Triple:
-    x, y, z = _numbers(text, (3,))
-    return x, y, z
-
-
 def _pose_error(text: str) -> tuple[int, tuple[float, ...]]:
     unit, _, values = text.partition(":")
     if not unit.isdigit():
         raise argparse.ArgumentTypeError(f"{text!r} does not begin with a unit's number, as in 2:0,0,20")
-    return int(unit), _numbers(values, _PARTS_OF_AN_ERROR)
-
-
-def _numbers(text: str, lengths: tuple[int, ...]) -> tuple[float, ...]:
-    import math
-
-    try:
-        values = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        values = ()
-    if len(values) not in lengths or not all(map(math.isfinite, values)):
-        wanted = " or ".join(map(str, lengths))
-        raise argparse.ArgumentTypeError(f"{text!r} is not {wanted} numbers separated by commas")
-    return values
+    return int(unit), numbers(values, _PARTS_OF_AN_ERROR)

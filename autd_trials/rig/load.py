@@ -35,7 +35,7 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
     Raises
     ------
     UsageError
-        A file is missing or wrong, or the calibration is older than the rig allows.
+        A file is missing or wrong, or the calibration is older or worse than the rig allows.
     UnsafeError
         The calibration is made up and the array is real.
     """
@@ -51,6 +51,7 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
     calibration, sha256 = load_calibration(calibration_path)
     _refuse_made_up(calibration, rig, calibration_path)
     _refuse_old(calibration, rig, calibration_path, now)
+    _refuse_little_energy(calibration, rig, calibration_path)
     return LoadedRig(rig, calibration, sha256, _true_calibration(rig, path, calibration))
 
 
@@ -110,4 +111,24 @@ def _refuse_old(calibration: Calibration, rig: Rig, path: Path, now: datetime) -
             f"the calibration is {age_days:.1f} days old; rig {rig.name!r} allows {oldest_days:g}",
             where=str(path),
             do="calibrate again: units that were moved since miss the target",
+        )
+
+
+def _refuse_little_energy(calibration: Calibration, rig: Rig, path: Path) -> None:
+    least = rig.calibration.least_energy_left
+    if least is None:
+        return
+    energy = calibration.predicted_energy
+    if energy is None:
+        raise UsageError(
+            f"the calibration does not predict the energy at the target; rig {rig.name!r} asks for {least:g}",
+            where=str(path),
+            do="calibrate with `autd-trials calibrate`, whose covariances give it",
+        )
+    if energy.low < least:
+        raise UsageError(
+            f"the calibration leaves {energy.low:.2f} of the energy at the target (5 % quantile; mean "
+            f"{energy.mean:.2f}); rig {rig.name!r} asks for {least:g}",
+            where=str(path),
+            do="calibrate again with more points over a larger space",
         )

@@ -68,6 +68,12 @@ class CalibrationSpec(_Model):
     oldest_days: float | None = Field(
         None, gt=0, description="Refuse a calibration older than this, in days."
     )
+    least_energy_left: float | None = Field(
+        None,
+        gt=0,
+        le=1,
+        description="Refuse a calibration that predicts less energy at the target (5 % quantile).",
+    )
 
 
 class HeadphonesSpec(_Model):

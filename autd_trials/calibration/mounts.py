@@ -1,0 +1,56 @@
+"""How each unit's sensor is mounted: its pose in the unit's own frame."""
+
+from pathlib import Path
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from autd_trials.array.geometry import is_rotation
+from autd_trials.calibration.file import Row3
+from autd_trials.calibration.rigid import RigidMotion
+from autd_trials.yamlfile import load_with_sha256
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Mount(_Model):
+    """One unit's sensor; a point p of its frame lies at ``rotation p + translation_mm`` in the unit's."""
+
+    unit: str = Field(min_length=1, description="Name of the unit.")
+    rotation: tuple[Row3, Row3, Row3] = Field(description="Rotation matrix, row by row.")
+    translation_mm: Row3 = Field(description="The sensor's optical centre in the unit's frame, in mm.")
+
+    @field_validator("rotation")
+    @classmethod
+    def _must_be_a_rotation(cls, rows: tuple[Row3, Row3, Row3]) -> tuple[Row3, Row3, Row3]:
+        if not is_rotation(np.array(rows)):
+            raise ValueError(
+                "this is not a rotation matrix: rows must be orthonormal, determinant +1, within 1e-6"
+            )
+        return rows
+
+    @property
+    def motion(self) -> RigidMotion:
+        """From the sensor's frame to the unit's."""
+        return RigidMotion(np.array(self.rotation), np.array(self.translation_mm))
+
+
+class Mounts(_Model):
+    """The sensors of all units."""
+
+    made_up: bool = Field(False, description="True for mounts that nobody measured.")
+    source: str = Field(min_length=1, description="Drawing, measurement or acoustic refinement; who, when.")
+    mounts: tuple[Mount, ...] = Field(min_length=1, description="One for each unit, in the order of wiring.")
+
+
+def load_mounts(path: Path) -> tuple[Mounts, str]:
+    """Read a mounts file; return it and the SHA-256 of its bytes.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read or is wrong; the message has a line for each problem.
+    """
+    return load_with_sha256(path, Mounts)

@@ -1,0 +1,214 @@
+"""The poses of any number of units' sensors from paired points: the project's own method, and the paper's."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autd_trials.calibration.joint import (
+    JointEstimate,
+    SensorNoise,
+    Wand,
+    bias_scale_correlations,
+    fit_jointly,
+)
+from autd_trials.calibration.rigid import RigidMotion
+from autd_trials.calibration.robust import register_as_the_paper, register_robustly
+from autd_trials.errors import UsageError
+
+_GATE_CHI2 = 11.34  # 99 % of the chi-square distribution with 3 degrees of freedom
+_GATE_PASSES = 8
+_FEWEST_INLIERS = 6
+_NO_COMMON_MOTION_MM = 50.0  # right pairs were seen to scatter by 25 mm with a bad sensor
+_MIRRORED_RATIO = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Registered:
+    """Where the sensors stand, and the points that say so.
+
+    Attributes
+    ----------
+    motions
+        From each sensor's frame to the first one's.
+    inliers
+        Which of a unit's points count, shape (units, n).
+    places_mm
+        Where the units saw the points, shape (units, n, 3), in the first sensor's frame.
+    joint
+        The estimate with its covariance; None for the paper's method, which has none.
+    clock_steps_s
+        By how much later each unit should have been looked at, shape (units,).
+    bias_scale_correlations
+        Shape (units,); None if no range bias was estimated.
+    """
+
+    motions: tuple[RigidMotion, ...]
+    inliers: NDArray[np.bool_]
+    places_mm: NDArray[np.float64]
+    joint: JointEstimate | None
+    clock_steps_s: NDArray[np.float64]
+    bias_scale_correlations: NDArray[np.float64] | None = None
+
+    def gaps_mm(self, unit: int) -> NDArray[np.float64]:
+        """Return where a unit saw points less where the first one did, shape (n, 3); NaN for outliers."""
+        both = self.inliers[unit] & self.inliers[0]
+        return np.where(both[:, None], self.places_mm[unit] - self.places_mm[0], np.nan)
+
+
+def register_jointly(
+    observed_mm: NDArray[np.float64],
+    names: Sequence[str],
+    generator: np.random.Generator,
+    noise: SensorNoise = SensorNoise(),  # noqa: B008  # frozen
+    *,
+    velocities_mm_s: NDArray[np.float64] | None = None,
+    range_bias: bool = False,
+    wands: Sequence[Wand] = (),
+) -> Registered:
+    """Register robustly, then by maximum likelihood over all units.
+
+    Parameters
+    ----------
+    observed_mm
+        Each unit's points in its own sensor's frame in mm, shape (units, n, 3); NaN where it saw none.
+    names
+        What the units are called, for messages.
+    generator
+        For the robust start.
+    noise
+        The sensors' noise.
+    velocities_mm_s
+        The points' velocities in the sensors' frames, to let the clocks' offsets vary with the poses.
+    range_bias
+        Whether to estimate a constant error of every sensor's range.
+    wands
+        What each unit saw of a wand, to estimate bias and scale of every sensor's range.
+
+    Raises
+    ------
+    UsageError
+        No motion brings the points together, or one frame is the mirror image of the other.
+    """
+    motions = [RigidMotion.identity()]
+    inliers = np.zeros(observed_mm.shape[:2], dtype=bool)
+    for unit in range(1, len(observed_mm)):
+        motion, kept = _register_pair(observed_mm[unit], observed_mm[0], (names[unit], names[0]), generator)
+        motions.append(motion)
+        inliers[unit] = kept
+    inliers[0] = inliers[1:].any(axis=0)
+    clock_steps_s = np.zeros(len(observed_mm))
+    for _ in range(_GATE_PASSES):
+        counted = np.where(inliers[..., None], observed_mm, np.nan)
+        estimate = fit_jointly(
+            counted, motions, noise, velocities_mm_s=velocities_mm_s, range_bias=range_bias, wands=wands
+        )
+        motions = list(estimate.motions)
+        estimate = _untrimmed(estimate)
+        if velocities_mm_s is not None:
+            observed_mm = observed_mm + estimate.clock_steps_s[:, None, None] * velocities_mm_s
+            clock_steps_s = clock_steps_s + estimate.clock_steps_s
+        new = _consistent(observed_mm, estimate, noise)
+        settled = bool((new == inliers).all())
+        inliers = new
+        if settled:
+            break
+    correlations = None
+    if range_bias and not wands:
+        counted = np.where(inliers[..., None], observed_mm, np.nan)
+        correlations = bias_scale_correlations(counted, estimate, noise)
+    places_mm = estimate.places(observed_mm)
+    return Registered(estimate.motions, inliers, places_mm, estimate, clock_steps_s, correlations)
+
+
+def register_paper(observed_mm: NDArray[np.float64], names: Sequence[str], mad_factor: float) -> Registered:
+    """Register each unit with the first one by the paper's equations 1 to 10; same parameters.
+
+    Points with no weight count as outliers.
+    """
+    motions = [RigidMotion.identity()]
+    inliers = np.zeros(observed_mm.shape[:2], dtype=bool)
+    for unit in range(1, len(observed_mm)):
+        both = _seen_by_both(observed_mm[unit], observed_mm[0], (names[unit], names[0]))
+        motion, weights = register_as_the_paper(observed_mm[unit][both], observed_mm[0][both], mad_factor)
+        motions.append(motion)
+        inliers[unit, both] = weights > 0
+    inliers[0] = inliers[1:].any(axis=0)
+    places = np.array([motion.apply(points) for motion, points in zip(motions, observed_mm, strict=True)])
+    return Registered(tuple(motions), inliers, places, None, np.zeros(len(motions)))
+
+
+def _register_pair(
+    source_mm: NDArray[np.float64],
+    target_mm: NDArray[np.float64],
+    names: tuple[str, str],
+    generator: np.random.Generator,
+) -> tuple[RigidMotion, NDArray[np.bool_]]:
+    both = _seen_by_both(source_mm, target_mm, names)
+    source, target = source_mm[both], target_mm[both]
+    found = register_robustly(source, target, generator)
+    mirrored = register_robustly(source * [-1, 1, 1], target, generator)
+    if mirrored.noise_mm < _MIRRORED_RATIO * found.noise_mm:
+        raise UsageError(
+            f"the points of {names[0]} are a mirror image of those of {names[1]}",
+            do="one sensor's frame is left-handed: negate one axis in its track "
+            "(x to the right, y down, z forward is right-handed, and so is x right, y up, z backward)",
+        )
+    if found.noise_mm > _NO_COMMON_MOTION_MM:
+        raise UsageError(
+            f"no pose brings the points of {names[0]} and {names[1]} together: even the best pairs are "
+            f"{found.noise_mm:.0f} mm apart",
+            do="see that both sensors watched the same target at the same time, and that its times are right",
+        )
+    kept = np.zeros(len(both), dtype=bool)
+    kept[both] = found.inliers
+    return found.motion, kept
+
+
+def _seen_by_both(
+    first_mm: NDArray[np.float64], second_mm: NDArray[np.float64], names: tuple[str, str]
+) -> NDArray[np.bool_]:
+    both: NDArray[np.bool_] = ~np.isnan(first_mm[:, 0]) & ~np.isnan(second_mm[:, 0])
+    if both.sum() < _FEWEST_INLIERS:
+        raise UsageError(
+            f"{names[0]} and {names[1]} have {both.sum()} points in common, too few for a pose",
+            do="wave the target where both sensors see it",
+        )
+    return both
+
+
+def _consistent(
+    observed_mm: NDArray[np.float64], estimate: JointEstimate, noise: SensorNoise
+) -> NDArray[np.bool_]:
+    """Return which points agree with the first unit's within 99 % of the noise that was found, (units, n)."""
+    places = estimate.places(observed_mm)
+    spreads = []
+    for motion, points_mm in zip(estimate.motions, observed_mm, strict=True):
+        rays = points_mm / np.linalg.norm(points_mm, axis=-1, keepdims=True)
+        spreads.append(motion.rotation @ noise.covariances(rays) @ motion.rotation.T)
+    inliers = np.zeros(observed_mm.shape[:2], dtype=bool)
+    for unit in range(1, len(observed_mm)):
+        gaps = places[unit] - places[0]
+        information = np.linalg.inv((spreads[unit] + spreads[0]) * estimate.noise_scale**2)
+        with np.errstate(invalid="ignore"):  # NaN where one did not see the point: not consistent
+            inliers[unit] = np.einsum("ni,nij,nj->n", gaps, information, gaps) < _GATE_CHI2
+    inliers[0] = inliers[1:].any(axis=0)
+    return inliers
+
+
+def _untrimmed(estimate: JointEstimate) -> JointEstimate:
+    """Give the noise back what the gate cut off its tails.
+
+    The mean of a chi-square variable of 3 degrees of freedom below g is 3 F5(g) / F3(g).
+    """
+    from scipy.stats import chi2
+
+    factor = float(np.sqrt(chi2.cdf(_GATE_CHI2, 3) / chi2.cdf(_GATE_CHI2, 5)))
+    return replace(
+        estimate,
+        noise_scale=estimate.noise_scale * factor,
+        covariance=estimate.covariance * factor**2,
+        bias_sd_mm=estimate.bias_sd_mm * factor,
+        scale_sd=estimate.scale_sd * factor,
+    )

@@ -1,0 +1,210 @@
+"""`autd-trials calibrate`: where the units stand."""
+
+import argparse
+import hashlib
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from autd_trials.commands.arguments import numbers, positive, triple
+from autd_trials.commands.output import print_json, print_text, say
+from autd_trials.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from autd_trials.calibration.joint import Wand
+    from autd_trials.calibration.rigid import RigidMotion
+    from autd_trials.calibration.solve import Settings
+    from autd_trials.calibration.track import Track
+
+_FEWEST_UNITS = 2
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument(
+        "--points",
+        type=Path,
+        nargs="+",
+        metavar="CSV",
+        help="one track a unit (t_s,x_mm,y_mm,z_mm), the first unit's first",
+    )
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="FILE", help="the calibration file to write"
+    )
+    parser.add_argument(
+        "--names", nargs="+", metavar="NAME", help="what the units are called ('unit 1' 'unit 2' ...)"
+    )
+    parser.add_argument(
+        "--mounts",
+        type=Path,
+        metavar="FILE",
+        help="how each sensor is mounted on its unit (as the unit's frame)",
+    )
+    parser.add_argument(
+        "--method",
+        choices=("joint", "paper"),
+        default="joint",
+        help="joint likelihood, or the paper's (joint)",
+    )
+    parser.add_argument(
+        "--pairing",
+        choices=("interpolated", "nearest"),
+        help="in time, with the clocks' offset, or nearest stamps (nearest with --method paper)",
+    )
+    parser.add_argument(
+        "--mad-factor",
+        type=positive,
+        metavar="F",
+        help="of the paper's equation 10, which prints 0.6475 for 0.6745 (0.6745)",
+    )
+    parser.add_argument(
+        "--range-bias", action="store_true", help="estimate a constant error of every sensor's range"
+    )
+    parser.add_argument(
+        "--wand",
+        type=Path,
+        nargs="+",
+        metavar="CSV",
+        help="a wand as each sensor saw it, to estimate range scales",
+    )
+    parser.add_argument("--wand-length-mm", type=positive, metavar="MM", help="from marker to marker")
+    parser.add_argument(
+        "--noise", type=_noise, default=(3.0, 1.0), metavar="ALONG,ACROSS", help="the sensors' in mm (3,1)"
+    )
+    parser.add_argument(
+        "--target",
+        type=triple,
+        metavar="X,Y,Z",
+        help="where the energy is predicted, in mm (the cloud's centre)",
+    )
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of all that is random (1)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Calibrate and write the calibration file, with a picture beside it."""
+    _refuse_contradictions(options)
+    if options.out.exists():
+        raise UsageError("this file exists already", where=str(options.out), do="give --out another name")
+    return _from_points(options, options.points)
+
+
+def _from_points(options: argparse.Namespace, paths: "Sequence[Path]") -> int:
+    from autd_trials.acoustics.air import Air
+    from autd_trials.calibration.file import write_calibration
+    from autd_trials.calibration.report import report, report_text
+    from autd_trials.calibration.report_figure import draw_calibration
+    from autd_trials.calibration.solve import calibrate
+
+    inputs: dict[str, str] = {}
+    tracks = _tracks(paths, _names(options, len(paths)), inputs)
+    mounts = _mounts(options.mounts, [track.name for track in tracks], inputs)
+    solution = calibrate(
+        tracks,
+        _settings(options),
+        time=datetime.now(UTC).replace(microsecond=0),
+        air=Air(),
+        mounts=mounts,
+        wands=_wands(options, inputs),
+        inputs=inputs,
+    )
+    write_calibration(solution.calibration, options.out)
+    pictures = draw_calibration(solution, options.out.with_suffix(""))
+    facts = report(solution)
+    if options.json:
+        print_json({"calibration": str(options.out), **facts})
+    else:
+        print_text(report_text(facts))
+    for warning in solution.warnings:
+        say(f"warning: {warning}")
+    say(f"calibration: {options.out}, picture: {pictures[0]}")
+    return 0
+
+
+def _refuse_contradictions(options: argparse.Namespace) -> None:
+    units = len(options.points)
+    if units < _FEWEST_UNITS:
+        raise UsageError("--points names one track", do="give one track for each of two units or more")
+    if (options.wand is None) != (options.wand_length_mm is None):
+        raise UsageError("--wand and --wand-length-mm belong together", do="give both, or neither")
+    if options.wand is not None and len(options.wand) != units:
+        raise UsageError(
+            f"--wand names {len(options.wand)} files for {units} units", do="give one for each unit"
+        )
+    if options.names is not None and len(options.names) != units:
+        raise UsageError(
+            f"--names gives {len(options.names)} names for {units} units", do="give one for each unit"
+        )
+    if options.method == "paper" and (options.range_bias or options.wand):
+        raise UsageError(
+            "the paper's method knows no errors of the range", do="leave out --range-bias and --wand"
+        )
+    if options.method != "paper" and options.mad_factor is not None:
+        raise UsageError("--mad-factor belongs to the paper's method", do="add --method paper")
+
+
+def _settings(options: argparse.Namespace) -> "Settings":
+    from autd_trials.calibration.joint import SensorNoise
+    from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
+    from autd_trials.calibration.solve import Settings
+
+    return Settings(
+        method=options.method,
+        pairing=options.pairing or ("nearest" if options.method == "paper" else "interpolated"),
+        mad_factor=options.mad_factor or NORMAL_MAD_FACTOR,
+        range_bias=options.range_bias,
+        noise=SensorNoise(*options.noise),
+        target_mm=options.target,
+        seed=options.seed,
+    )
+
+
+def _names(options: argparse.Namespace, units: int) -> list[str]:
+    return options.names or [f"unit {number}" for number in range(1, units + 1)]
+
+
+def _tracks(paths: "Sequence[Path]", names: "Sequence[str]", inputs: dict[str, str]) -> "list[Track]":
+    from autd_trials.calibration.track import read_track
+
+    tracks = [read_track(path, name) for path, name in zip(paths, names, strict=True)]
+    inputs.update((str(path), _sha256(path)) for path in paths)
+    return tracks
+
+
+def _mounts(path: Path | None, names: "Sequence[str]", inputs: dict[str, str]) -> "list[RigidMotion] | None":
+    from autd_trials.calibration.mounts import load_mounts
+
+    if path is None:
+        return None
+    mounts, inputs[str(path)] = load_mounts(path)
+    mounted = [mount.unit for mount in mounts.mounts]
+    if mounted != list(names):
+        raise UsageError(
+            f"these are mounts of {', '.join(mounted)}; the units are {', '.join(names)}",
+            where=str(path),
+            do="give the same units in the same order, or name them with --names",
+        )
+    return [mount.motion for mount in mounts.mounts]
+
+
+def _wands(options: argparse.Namespace, inputs: dict[str, str]) -> "list[Wand]":
+    from autd_trials.calibration.track import read_wand
+
+    paths = options.wand or []
+    wands = [read_wand(path, options.wand_length_mm) for path in paths]
+    inputs.update((str(path), _sha256(path)) for path in paths)
+    return wands
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _noise(text: str) -> tuple[float, ...]:
+    values = numbers(text, (2,))
+    if min(values) <= 0:
+        raise argparse.ArgumentTypeError(f"{text!r}: both must be over 0")
+    return values

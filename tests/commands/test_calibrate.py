@@ -1,0 +1,149 @@
+"""`autd-trials calibrate` from files, as a person types it; and what a rig makes of the result."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from autd_trials.calibration.track import Track
+from tests.calibration.scenes import cube, record, scene, write_track, write_tracks
+from tests.commands.conftest import Run, WriteRig
+
+AROUND = scene(0, 75)
+
+
+@pytest.fixture
+def tracks(tmp_path: Path) -> list[str]:
+    return write_tracks(record(AROUND, 0.5, 30, np.random.default_rng(1), clock_offset_s=0.02), tmp_path)
+
+
+def test_tracks_give_a_calibration_a_report_and_a_picture(
+    run: Run, tmp_path: Path, tracks: list[str]
+) -> None:
+    out = tmp_path / "calibration.yaml"
+    result = run("calibrate", "--points", *tracks, "--out", out, "--json")
+    assert result.code == 0
+    assert result.json["predicted_energy"]["low"] > 0.9
+    assert "no mounts were given" in result.err
+    written = yaml.safe_load(out.read_text())
+    assert set(written["inputs"]) == set(tracks)
+    assert written["settings"]["clock_offset_s of unit 2"] == pytest.approx(0.02, abs=0.003)
+    assert np.array(written["units"][1]["translation_mm"]) == pytest.approx(
+        AROUND.motions[1].translation_mm, abs=2
+    )
+    assert (tmp_path / "calibration.png").stat().st_size > 10_000
+    assert "<svg" in (tmp_path / "calibration.svg").read_text()
+
+
+def test_a_second_calibration_does_not_overwrite_the_first(
+    run: Run, tmp_path: Path, tracks: list[str]
+) -> None:
+    out = tmp_path / "calibration.yaml"
+    assert run("calibrate", "--points", *tracks, "--out", out).code == 0
+    before = out.read_bytes()
+    result = run("calibrate", "--points", *tracks, "--out", out)
+    assert result.code == 2
+    assert "exists already" in result.err
+    assert out.read_bytes() == before
+
+
+def test_the_papers_method_pairs_the_nearest(run: Run, tmp_path: Path, tracks: list[str]) -> None:
+    out = tmp_path / "calibration.yaml"
+    result = run(
+        "calibrate", "--points", *tracks, "--out", out, "--method", "paper", "--mad-factor", "0.6475"
+    )
+    assert result.code == 0
+    settings = yaml.safe_load(out.read_text())["settings"]
+    assert settings["pairing"] == "nearest"
+    assert settings["mad_factor"] == 0.6475
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--wand", "w.csv"], "--wand and --wand-length-mm belong together"),
+        (["--wand", "w.csv", "--wand-length-mm", "300"], "--wand names 1 files for 2 units"),
+        (["--names", "a"], "--names gives 1 names for 2 units"),
+        (["--method", "paper", "--range-bias"], "knows no errors of the range"),
+        (["--mad-factor", "0.67"], "belongs to the paper's method"),
+    ],
+)
+def test_contradictions_are_refused(
+    run: Run, tmp_path: Path, tracks: list[str], more: list[str], message: str
+) -> None:
+    result = run("calibrate", "--points", *tracks, "--out", tmp_path / "c.yaml", *more)
+    assert result.code == 2
+    assert message in result.err
+    assert not (tmp_path / "c.yaml").exists()
+
+
+def test_one_track_is_not_enough(run: Run, tmp_path: Path, tracks: list[str]) -> None:
+    result = run("calibrate", "--points", tracks[0], "--out", tmp_path / "c.yaml")
+    assert result.code == 2
+    assert "give one track for each of two units" in result.err
+
+
+def test_mounts_of_other_units_are_refused(run: Run, tmp_path: Path, tracks: list[str]) -> None:
+    mounts = tmp_path / "mounts.yaml"
+    row = {"rotation": np.eye(3).tolist(), "translation_mm": [0, 0, 0]}
+    mounts.write_text(yaml.safe_dump({"source": "drawing", "mounts": [{"unit": "left", **row}]}))
+    result = run("calibrate", "--points", *tracks, "--out", tmp_path / "c.yaml", "--mounts", mounts)
+    assert result.code == 2
+    assert "these are mounts of left; the units are unit 1, unit 2" in result.err
+
+
+def test_a_wand_corrects_the_scale(run: Run, tmp_path: Path) -> None:
+    generator = np.random.default_rng(2)
+    long = [Track(t.name, t.time_s, t.points_mm * 1.02) for t in record(AROUND, 0.5, 30, generator)]
+    middles, directions = cube(80, 400, generator), generator.standard_normal((80, 3))
+    half = 150 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    wands = []
+    for unit in (0, 1):
+        ends = [AROUND.seen(middles + side * half, unit, generator, scale=0.02) for side in (1, -1)]
+        path = tmp_path / f"wand{unit}.csv"
+        np.savetxt(
+            path, np.hstack(ends), delimiter=",", header="ax_mm,ay_mm,az_mm,bx_mm,by_mm,bz_mm", comments=""
+        )
+        wands.append(path)
+    out = tmp_path / "calibration.yaml"
+    paths = write_tracks(long, tmp_path)
+    result = run(
+        "calibrate", "--points", *paths, "--out", out, "--wand", *wands, "--wand-length-mm", 300, "--json"
+    )
+    assert result.code == 0
+    error = result.json["units"][0]["range_error"]
+    assert error["scale"] == pytest.approx(0.02, abs=4 * error["scale_sd"])
+    found = np.array(yaml.safe_load(out.read_text())["units"][1]["translation_mm"])
+    assert found == pytest.approx(AROUND.motions[1].translation_mm, abs=8)
+
+
+def test_a_silent_unit_is_told(run: Run, tmp_path: Path, tracks: list[str]) -> None:
+    nothing = Track("unit 2", np.empty(0), np.empty((0, 3)))
+    silent = write_track(nothing, tmp_path / "silent.csv")
+    result = run("calibrate", "--points", tracks[0], silent, "--out", tmp_path / "c.yaml")
+    assert result.code == 2
+    assert "silent.csv: unit 2 saw the target 0 times" in result.err
+
+
+def test_a_rig_refuses_a_calibration_that_promises_too_little(
+    run: Run, tmp_path: Path, tracks: list[str], write_rig: WriteRig
+) -> None:
+    out = tmp_path / "measured.yaml"
+    assert run("calibrate", "--points", *tracks, "--out", out).code == 0
+
+    def rig(least: float, file: Path | None = out) -> Path:
+        def change(content: dict[str, dict[str, object]], _calibration: object) -> None:
+            content["calibration"]["least_energy_left"] = least
+            if file is not None:
+                content["calibration"]["file"] = str(file)
+
+        return write_rig(change)
+
+    assert run("check", "pilot", "--rig", rig(0.5)).code in (0, 5)
+    refused = run("check", "pilot", "--rig", rig(1.0))
+    assert refused.code == 2
+    assert "of the energy at the target (5 % quantile" in refused.err
+    made_up = run("check", "pilot", "--rig", rig(0.5, None))
+    assert made_up.code == 2
+    assert "does not predict the energy" in made_up.err
