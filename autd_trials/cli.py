@@ -17,6 +17,7 @@ _COMMANDS: Final = {
     "analyse": "detection rates, planned comparisons and the figure of a study",
     "field": "the predicted field around foci: pictures, metrics, pose errors, microphone scans",
     "calibrate": "where the units stand: from tracks of a waved target",
+    "sensor": "watch the target from one unit, and send what is seen to the computer that calibrates",
     "devices": "list what is connected: serial ports, sound devices, network interfaces",
 }
 _STOPPED_BY_SIGNAL = 130

@@ -101,14 +101,23 @@ def coverage(places_mm: Vectors, centre_mm: Vectors, half_mm: float) -> NDArray[
     return np.histogramdd(places_mm, bins=edges)[0].astype(np.int64)
 
 
-def lacking_parts(cells: NDArray[np.int64]) -> list[str]:
-    """Name the faces of a workspace where most cells lack points, in the directions of unit 1's frame."""
+def lacking_parts(cells: NDArray[np.int64], looked_at: float = 1.0) -> list[str]:
+    """Name the faces of a workspace where most cells lack points, in the directions of unit 1's frame.
+
+    Parameters
+    ----------
+    cells
+        Points in each cell, shape (3, 3, 3).
+    looked_at
+        Share of all points that were counted.
+    """
+    enough = max(1.0, _LEAST_POINTS_IN_A_CELL * looked_at)
     names = (("left (-x)", "right (+x)"), ("low (-y)", "high (+y)"), ("near (-z)", "far (+z)"))
     lacking = []
     for axis, (first, last) in enumerate(names):
         for name, index in ((first, 0), (last, CELLS - 1)):
             face = np.take(cells, index, axis=axis)
-            if (face < _LEAST_POINTS_IN_A_CELL).sum() > face.size // 2:
+            if (face < enough).sum() > face.size // 2:
                 lacking.append(name)
     return lacking
 

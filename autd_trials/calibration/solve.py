@@ -43,7 +43,7 @@ class Settings:
     mad_factor
         Of the paper's equation 10.
     range_bias
-        Whether to estimate a constant error of every sensor's range.
+        Whether to estimate a constant error of every sensor's range; not by the paper's method.
     noise
         Of the sensors; its shape matters, its size is estimated.
     target_mm
@@ -55,7 +55,7 @@ class Settings:
     method: Literal["joint", "paper"] = "joint"
     pairing: Literal["interpolated", "nearest"] = "interpolated"
     mad_factor: float = NORMAL_MAD_FACTOR
-    range_bias: bool = False
+    range_bias: bool = True
     noise: SensorNoise = field(default_factory=SensorNoise)
     target_mm: tuple[float, float, float] | None = None
     seed: int = 1
@@ -327,7 +327,7 @@ def _range_warnings(
     if (np.abs(biases_mm) < _BIAS_SD * sd_mm).all():
         return []
     found = ", ".join(f"{n} {b:+.1f} +- {s:.1f} mm" for n, b, s in zip(names, biases_mm, sd_mm, strict=True))
-    return [f"the points show errors of the sensors' ranges ({found}); estimate them with --range-bias"]
+    return [f"the points show errors of the sensors' ranges ({found}); leave out --no-range-bias"]
 
 
 def _method(settings: Settings, wands: Sequence[Wand]) -> str:

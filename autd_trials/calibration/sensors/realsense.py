@@ -134,7 +134,7 @@ class RealSenseSensor:
 
 
 def _depth_and_infrared(sdk: Any, device: Any) -> tuple[Any, list[Any]]:
-    """Return the SDK's sensor and its largest pair of depth and left infrared streams of one size and rate."""
+    """Return the SDK's sensor and its largest pair of depth and left infrared streams of one size."""
     pairs = []
     for camera in device.query_sensors():
         videos = (profile for profile in camera.profiles if profile.is_video_stream_profile())
