@@ -156,4 +156,6 @@ def test_a_sensor_records_what_it_sees_and_a_recording_can_be_sent_again(run: Ru
     made = run(*sensor, "synthetic", "--speed", 10, "--seconds", 0.5, "--record", tmp_path / "r", "--json")
     assert made.json["frames"] == 15
     played = run(*sensor, f"replay:{tmp_path / 'r'}", "--json")
-    assert played.json["sightings"] == made.json["sightings"] > 10
+    # the frame that ended it is in the recording too
+    assert played.json["frames"] == made.json["frames"] + 1
+    assert played.json["sightings"] > 10
