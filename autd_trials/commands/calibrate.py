@@ -1,13 +1,14 @@
 """`autd-trials calibrate`: where the units stand."""
 
 import argparse
-import hashlib
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autd_trials.commands.arguments import numbers, positive, triple
+from autd_trials.commands.calibrate_acoustic import refine_by_sound
 from autd_trials.commands.output import print_json, print_text, say
+from autd_trials.commands.provenance import sha256_of
 from autd_trials.errors import UsageError
 
 if TYPE_CHECKING:
@@ -39,6 +40,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     source.add_argument(
         "--recorded", type=Path, metavar="FOLDER", help="calibrate from what --live recorded earlier"
+    )
+    source.add_argument(
+        "--acoustic",
+        metavar="CSV",
+        help="refine --calibration by what a microphone heard, or simulated:TRUE.yaml to try it",
+    )
+    parser.add_argument(
+        "--calibration", type=Path, metavar="FILE", help="with --acoustic: the calibration to start from"
+    )
+    parser.add_argument(
+        "--microphone-sd-mm",
+        type=positive,
+        default=0.1,
+        metavar="MM",
+        help="with --acoustic: how well each coordinate of the microphone is known (0.1)",
+    )
+    parser.add_argument(
+        "--air-temperature-c", type=float, default=20.0, metavar="C", help="with --acoustic: of the air (20)"
+    )
+    parser.add_argument(
+        "--amplitude-only",
+        action="store_true",
+        help="with --acoustic simulated: four phase steps instead of phases",
     )
     parser.add_argument(
         "--units", type=int, default=2, metavar="N", help="with --live: how many units there are (2)"
@@ -102,10 +126,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Calibrate and write the calibration file, with a picture beside it."""
-    units = _count_units(options)
-    _refuse_contradictions(options, units)
     if options.out.exists():
         raise UsageError("this file exists already", where=str(options.out), do="give --out another name")
+    if options.acoustic:
+        return refine_by_sound(options)
+    units = _count_units(options)
+    _refuse_contradictions(options, units)
     names = options.names or [f"unit {number}" for number in range(1, units + 1)]
     if options.points:
         return _from_points(options, options.points, names)
@@ -225,7 +251,7 @@ def _tracks(paths: "Sequence[Path]", names: "Sequence[str]", inputs: dict[str, s
     from autd_trials.calibration.track import read_track
 
     tracks = [read_track(path, name) for path, name in zip(paths, names, strict=True)]
-    inputs.update((str(path), _sha256(path)) for path in paths)
+    inputs.update((str(path), sha256_of(path)) for path in paths)
     return tracks
 
 
@@ -252,12 +278,8 @@ def _wands(options: argparse.Namespace, inputs: dict[str, str]) -> "list[Wand]":
 
     paths = options.wand or []
     wands = [read_wand(path, options.wand_length_mm) for path in paths]
-    inputs.update((str(path), _sha256(path)) for path in paths)
+    inputs.update((str(path), sha256_of(path)) for path in paths)
     return wands
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _noise(text: str) -> tuple[float, ...]:

@@ -1,0 +1,1 @@
+"""Acoustic refinement: poses from the phases at which single transducers are heard at known points."""
