@@ -15,6 +15,8 @@ from analysis.output import write_results
 from analysis.study import Results, analyse
 from autd_trials.array.geometry import moved
 from autd_trials.calibration.file import load_calibration
+from autd_trials.calibration.sensors.scene import LoadedScene
+from autd_trials.calibration.target import find_target
 from autd_trials.cli import main as autd_trials
 from autd_trials.console.screen import render
 from autd_trials.console.status import Status, fold
@@ -27,6 +29,7 @@ _SHOWN_TRIAL = 18
 _AFTER_ONSET_S = 0.6
 _POSE_ERRORS_MM = (0, 5, 10, 15, 20, 25, 30)
 _PARTICIPANTS = 16
+_FRAMES = 5400  # three minutes
 _COLOURS = {"inner": "#0072B2", "inner_outer": "#D55E00"}
 _LINES = {25.0: ":", 50.0: "--", 100.0: "-"}
 
@@ -38,6 +41,7 @@ def main() -> None:
         _draw_study(Path(folder))
         _draw_fields(Path(folder))
         _draw_detection_against_pose_error(Path(folder))
+        _draw_calibration(Path(folder))
 
 
 def _draw_study(folder: Path) -> None:
@@ -71,6 +75,28 @@ def _draw_fields(folder: Path) -> None:
     shutil.copy(folder / "right" / "field.png", _IMAGES / "field.png")
     shutil.copy(folder / "right" / "error_budget.png", _IMAGES / "error-budget.png")
     shutil.copy(folder / "wrong" / "field.png", _IMAGES / "field-unit2-20mm.png")
+
+
+def _draw_calibration(folder: Path) -> None:
+    """Let two simulated sensors watch the made-up scene for three minutes, and calibrate by that."""
+    scene = LoadedScene(find_file("emulated", kind="scene", package="protocols.scenes"))
+    tracks = [str(_watch(scene, unit, folder / f"unit{unit}.csv")) for unit in (1, 2)]
+    out = ["--out", str(folder / "calibration.yaml")]
+    aim = ["--mounts", "emulated-mounts", "--target", "302,225,1000"]
+    autd_trials(["calibrate", "--points", *tracks, *aim, *out])
+    shutil.copy(folder / "calibration.png", _IMAGES / "calibration.png")
+
+
+def _watch(scene: LoadedScene, unit: int, path: Path) -> Path:
+    sensor = scene.sensor(unit, np.random.default_rng(unit), start_s=unit / 100, frames=_FRAMES)
+    lines = ["t_s,x_mm,y_mm,z_mm"]
+    for frame in sensor:
+        sighting = find_target(frame, sensor.intrinsics)
+        if sighting is not None:
+            x, y, z = sighting.point_mm
+            lines.append(f"{frame.time_s:.6f},{x:.4f},{y:.4f},{z:.4f}")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
 
 
 def _draw_detection_against_pose_error(folder: Path) -> None:
