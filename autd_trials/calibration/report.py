@@ -64,7 +64,8 @@ def report_text(facts: dict[str, Any]) -> str:
         if unit["range_error"] is not None:
             wrong = unit["range_error"]
             bias = f"{wrong['bias_mm']:+.1f} +- {wrong['bias_sd_mm']:.1f} mm"
-            lines.append(f"  range wrong by {bias}, scale {wrong['scale']:+.4f} +- {wrong['scale_sd']:.4f}")
+            scale = f", scale {wrong['scale']:+.4f} +- {wrong['scale_sd']:.4f}" if wrong["scale_sd"] else ""
+            lines.append(f"  range wrong by {bias}{scale}")
     energy = facts["predicted_energy"]
     if energy is not None:
         x, y, z = energy["target_mm"]
