@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, field_validator
+from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field, field_validator
 
 from autd_trials.array.geometry import UnitPose, is_rotation
 from autd_trials.errors import UsageError
@@ -13,6 +13,19 @@ from autd_trials.yamlfile import load_with_sha256
 Row3 = tuple[float, float, float]
 Row6 = tuple[float, float, float, float, float, float]
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+
+def _rotation(rows: tuple[Row3, Row3, Row3]) -> tuple[Row3, Row3, Row3]:
+    if not is_rotation(np.array(rows)):
+        raise ValueError(
+            "this is not a rotation matrix: its rows must be orthonormal and its determinant +1, "
+            "within 1e-6; calibrate again, or write it with nine digits"
+        )
+    return rows
+
+
+RotationRows = Annotated[tuple[Row3, Row3, Row3], AfterValidator(_rotation)]
+"""A rotation matrix, row by row."""
 
 _IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -61,7 +74,7 @@ class CalibratedUnit(_Model):
     """One unit; a point p of its own lies at ``rotation p + translation_mm`` in the calibrated frame."""
 
     name: str = Field(min_length=1, description="What people call the unit.")
-    rotation: tuple[Row3, Row3, Row3] = Field(description="Rotation matrix, row by row.")
+    rotation: RotationRows = Field(description="Rotation matrix, row by row.")
     translation_mm: Row3 = Field(description="The unit's origin in mm.")
     residuals: Residuals | None = Field(None, description="Left out where nothing was measured.")
     counts: Counts | None = Field(None, description="Left out where nothing was measured.")
@@ -71,16 +84,6 @@ class CalibratedUnit(_Model):
         "calibrated frame; left out where unknown.",
     )
     range_error: RangeError | None = Field(None, description="Left out where it was not estimated.")
-
-    @field_validator("rotation")
-    @classmethod
-    def _must_be_a_rotation(cls, rows: tuple[Row3, Row3, Row3]) -> tuple[Row3, Row3, Row3]:
-        if not is_rotation(np.array(rows)):
-            raise ValueError(
-                "this is not a rotation matrix: its rows must be orthonormal and its determinant +1, "
-                "within 1e-6; calibrate again, or write it with nine digits"
-            )
-        return rows
 
 
 class Calibration(_Model):

@@ -3,10 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field
 
-from autd_trials.array.geometry import is_rotation
-from autd_trials.calibration.file import Row3
+from autd_trials.calibration.file import RotationRows, Row3
 from autd_trials.calibration.rigid import RigidMotion
 from autd_trials.yamlfile import load_with_sha256
 
@@ -19,17 +18,8 @@ class Mount(_Model):
     """One unit's sensor; a point p of its frame lies at ``rotation p + translation_mm`` in the unit's."""
 
     unit: str = Field(min_length=1, description="Name of the unit.")
-    rotation: tuple[Row3, Row3, Row3] = Field(description="Rotation matrix, row by row.")
+    rotation: RotationRows = Field(description="Rotation matrix, row by row.")
     translation_mm: Row3 = Field(description="The sensor's optical centre in the unit's frame, in mm.")
-
-    @field_validator("rotation")
-    @classmethod
-    def _must_be_a_rotation(cls, rows: tuple[Row3, Row3, Row3]) -> tuple[Row3, Row3, Row3]:
-        if not is_rotation(np.array(rows)):
-            raise ValueError(
-                "this is not a rotation matrix: rows must be orthonormal, determinant +1, within 1e-6"
-            )
-        return rows
 
     @property
     def motion(self) -> RigidMotion:

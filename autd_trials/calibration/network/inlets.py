@@ -2,7 +2,6 @@
 
 import threading
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any, Self
 
 from autd_trials.calibration.network.recording import LONGEST_SILENCE_S, Sample
@@ -69,12 +68,7 @@ class Nodes:
             link.open()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         for link in self._links:
             link.close()
 

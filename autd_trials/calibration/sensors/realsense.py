@@ -6,7 +6,6 @@ put; no real camera was there.
 
 import importlib
 from collections.abc import Iterator
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -98,12 +97,7 @@ class RealSenseSensor:
             raise DeviceError(f"the camera does not start: {error}", where=self.serial) from error
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._camera.stop()
         self._camera.close()
 

@@ -8,7 +8,6 @@ import json
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 from zipfile import BadZipFile
 
@@ -62,13 +61,8 @@ class RecordingSensor:
             json.dump(header, file)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._sensor.__exit__(kind, error, trace)
+    def __exit__(self, *error: object) -> None:
+        self._sensor.__exit__(*error)
 
     def __iter__(self) -> Iterator[Frame]:
         for number, frame in enumerate(self._sensor):
@@ -110,12 +104,7 @@ class ReplaySensor:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         return None
 
     def __iter__(self) -> Iterator[Frame]:

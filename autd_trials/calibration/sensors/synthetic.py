@@ -6,7 +6,6 @@ depth errs by one normal error a frame and one a pixel, and by a constant bias a
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Self
 
 import numpy as np
@@ -114,12 +113,7 @@ class SyntheticSensor:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         return None
 
     def __iter__(self) -> Iterator[Frame]:
