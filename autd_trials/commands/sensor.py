@@ -3,7 +3,7 @@
 import argparse
 import signal
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -71,16 +71,13 @@ def execute(options: argparse.Namespace) -> int:
     sensor = _recorded(_sensor(options), options.record)
     run = int(np.random.default_rng().integers(1, 2**31))
     counts = _Counts()
-    with ExitStack() as stack:
+    with suppress(StoppedByPerson), ExitStack() as stack:
         stack.enter_context(_stopped_by_signals())
         stack.enter_context(sensor)
         header = NodeHeader(options.unit, run, sensor.serial, sensor.intrinsics)
         outlet = stack.enter_context(SightingOutlet(header, _FRAME_RATE_HZ))
         say(f"unit {options.unit}: sensor {sensor.serial} sends as run {run}; Ctrl-C stops it")
-        try:
-            _send_all(sensor, outlet, counts, options)
-        except StoppedByPerson:
-            say("stopped")
+        _send_all(sensor, outlet, counts, options)
     if options.json:
         print_json({"unit": options.unit, "run": run, "frames": counts.frames, "sightings": counts.sightings})
     else:
