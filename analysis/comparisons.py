@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from analysis.design import Condition, Design, conditions
 from analysis.intervals import Interval, t_interval
+from analysis.models.planned import MixedModelTest, mixed_model_test
 from analysis.paired import PairedT, SignFlip, holm, paired_t_test, sign_flip_test
 from analysis.rates import ParticipantRate, marginal_rates
 from autd_trials.protocol.schema import Comparison, Level
@@ -31,11 +32,11 @@ class ComparisonResult:
         Mean and standard deviation (n - 1) of the differences; None where undefined.
     interval
         t interval of the mean; None with fewer than two participants or if all differences are equal.
-    sign_flip, paired_t
-        The two tests, two-sided; None where one cannot be made.
-    sign_flip_holm, paired_t_holm
+    sign_flip, paired_t, mixed_model
+        The three tests, two-sided; None where one cannot be made.
+    sign_flip_holm, paired_t_holm, mixed_model_holm
         Their p after Holm's adjustment over all planned comparisons that could be tested that way.
-    sign_flip_tests, paired_t_tests
+    sign_flip_tests, paired_t_tests, mixed_model_tests
         How many tests these adjustments were for.
     notes
         What could not be done, and why.
@@ -51,11 +52,14 @@ class ComparisonResult:
     interval: Interval | None
     sign_flip: SignFlip | None
     paired_t: PairedT | None
+    mixed_model: MixedModelTest | None
     notes: tuple[str, ...]
     sign_flip_holm: float | None = None
     paired_t_holm: float | None = None
+    mixed_model_holm: float | None = None
     sign_flip_tests: int = 0
     paired_t_tests: int = 0
+    mixed_model_tests: int = 0
 
     @property
     def participants(self) -> int:
@@ -85,16 +89,19 @@ def planned_comparisons(rates: Sequence[ParticipantRate], design: Design) -> tup
     ]
     sign_flip_p = [result.sign_flip.p if result.sign_flip else None for result in results]
     paired_t_p = [result.paired_t.p if result.paired_t else None for result in results]
+    mixed_model_p = [result.mixed_model.p if result.mixed_model else None for result in results]
     return tuple(
         dataclasses.replace(
             result,
             sign_flip_holm=sign_flip_holm,
             paired_t_holm=paired_t_holm,
+            mixed_model_holm=mixed_model_holm,
             sign_flip_tests=len(sign_flip_p) - sign_flip_p.count(None),
             paired_t_tests=len(paired_t_p) - paired_t_p.count(None),
+            mixed_model_tests=len(mixed_model_p) - mixed_model_p.count(None),
         )
-        for result, sign_flip_holm, paired_t_holm in zip(
-            results, holm(sign_flip_p), holm(paired_t_p), strict=True
+        for result, sign_flip_holm, paired_t_holm, mixed_model_holm in zip(
+            results, holm(sign_flip_p), holm(paired_t_p), holm(mixed_model_p), strict=True
         )
     )
 
@@ -106,6 +113,7 @@ def _compare(
     values = [difference for _, difference in differences]
     floats = [float(value) for value in values]
     sign_flip, paired_t = sign_flip_test(values), paired_t_test(values)
+    mixed_model = mixed_model_test(rates, comparison.factor, comparison.first, comparison.second, at)
     lacking = sorted({rate.participant for rate in rates} - {participant for participant, _ in differences})
     return ComparisonResult(
         factor=comparison.factor,
@@ -118,7 +126,8 @@ def _compare(
         interval=t_interval(floats),
         sign_flip=sign_flip,
         paired_t=paired_t,
-        notes=tuple(_notes(values, lacking, sign_flip)),
+        mixed_model=mixed_model,
+        notes=tuple(_notes(values, lacking, sign_flip, mixed_model)),
     )
 
 
@@ -145,7 +154,12 @@ def _differences(
     )
 
 
-def _notes(values: Sequence[Fraction], lacking: Sequence[str], sign_flip: SignFlip | None) -> list[str]:
+def _notes(
+    values: Sequence[Fraction],
+    lacking: Sequence[str],
+    sign_flip: SignFlip | None,
+    mixed_model: MixedModelTest | None,
+) -> list[str]:
     notes = []
     if lacking:
         notes.append(f"without a rate in both conditions: {', '.join(f'sub-{label}' for label in lacking)}")
@@ -156,4 +170,12 @@ def _notes(values: Sequence[Fraction], lacking: Sequence[str], sign_flip: SignFl
         notes.append("all differences are equal, so the t test and the t interval are not defined")
     if sign_flip is None:
         notes.append("the differences take too many distinct sums for the exact sign-flip test")
+    if mixed_model is None:
+        notes.append("no mixed model: fewer than 4 participants, an empty cell, or no convergence")
+    elif mixed_model.penalised:
+        notes.append(
+            "answers are separated (all or none felt in a cell): the mixed model is penalised (Firth)"
+        )
+    if mixed_model is not None and mixed_model.singular:
+        notes.append("the mixed model is singular: a variance is 0 or a correlation 1")
     return notes

@@ -24,8 +24,15 @@ METHODS: Mapping[str, str] = {
         "2 / 2^k with k differences that are not zero."
     ),
     "paired_t": "Paired t test, two-sided; not testable if all differences are equal. dz is mean / SD.",
+    "mixed_model": (
+        "Logistic mixed model of single answers: every condition a fixed effect, a random intercept and a "
+        "random slope for the compared factor over participants, by adaptive Gauss-Hermite quadrature (9 "
+        "nodes or more per effect); difference in logits with Wald's 95 % interval, likelihood-ratio test. "
+        "Where all or none were felt in a condition, half an answer of each kind is added to every condition "
+        "(Firth's penalty)."
+    ),
     "holm": (
-        "Holm's adjustment over all planned comparisons together, for each of the two tests by itself; "
+        "Holm's adjustment over all planned comparisons together, for each of the three tests by itself; "
         "comparisons that could not be tested do not count."
     ),
 }

@@ -66,6 +66,15 @@ _COMPARISON = (
     Column("t_p_holm", "Its p after Holm's adjustment."),
     Column("t_tests", "Number of t tests adjusted for: all planned ones that were testable."),
     Column("t_dz", "Standardised mean difference: mean_difference / sd_difference."),
+    Column("glmm_logits", "Difference in logits by the mixed model, first minus second; n/a: not testable."),
+    Column("glmm_interval_low", "Lower end of its Wald 95 % interval."),
+    Column("glmm_interval_high", "Upper end of its Wald 95 % interval."),
+    Column("glmm_slope_sd", "Standard deviation over participants of this difference, in logits."),
+    Column("glmm_lr", "Statistic of the likelihood-ratio test, one degree of freedom."),
+    Column("glmm_p", "Its p."),
+    Column("glmm_p_holm", "Its p after Holm's adjustment."),
+    Column("glmm_tests", "Number of these tests adjusted for: all planned ones that were testable."),
+    Column("glmm_penalised", "Whether answers are separated, so that Firth's penalty was used."),
     _NOTES,
     _SIMULATED,
 )
@@ -223,5 +232,26 @@ def _comparison_row(result: ComparisonResult) -> Row:
         "t_p_holm": result.paired_t_holm,
         "t_tests": result.paired_t_tests,
         "t_dz": paired_t.dz if paired_t else None,
+        **_mixed_model_cells(result),
         "notes": "; ".join(result.notes) or None,
+    }
+
+
+def _mixed_model_cells(result: ComparisonResult) -> Row:
+    test = result.mixed_model
+    estimates: dict[str, float | None] = {
+        "glmm_logits": test.logits if test else None,
+        "glmm_interval_low": test.interval.low if test else None,
+        "glmm_interval_high": test.interval.high if test else None,
+        "glmm_slope_sd": test.slope_sd if test else None,
+        "glmm_lr": test.statistic if test else None,
+        "glmm_p": test.p if test else None,
+        "glmm_p_holm": result.mixed_model_holm,
+    }
+    # an iterative fit: machines agree in fewer digits
+    rounded = {name: None if value is None else float(f"{value:.5g}") for name, value in estimates.items()}
+    return {
+        **rounded,
+        "glmm_tests": result.mixed_model_tests,
+        "glmm_penalised": test.penalised if test else None,
     }

@@ -73,7 +73,7 @@ def _comparison_lines(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
     yield "Planned comparisons (within participants, two-sided; Holm over all of them):"
     for result in comparisons:
         yield f"  {describe_condition(result.at)}: {_difference(result)}"
-        yield f"    {_tests(result)}"
+        yield from (f"    {line}" for line in _tests(result))
 
 
 def _difference(result: ComparisonResult) -> str:
@@ -89,7 +89,7 @@ def _difference(result: ComparisonResult) -> str:
     return f"{change}, difference {interval}, n = {result.participants}"
 
 
-def _tests(result: ComparisonResult) -> str:
+def _tests(result: ComparisonResult) -> Iterator[str]:
     parts = []
     if result.sign_flip:
         parts.append(
@@ -101,7 +101,15 @@ def _tests(result: ComparisonResult) -> str:
             f"t({result.paired_t.df}) = {result.paired_t.t:.2f}, {_p(result.paired_t.p)} "
             f"(Holm {format_p(result.paired_t_holm)}), dz = {result.paired_t.dz:.2f}"
         )
-    return "; ".join([*parts, *result.notes])
+    if parts:
+        yield "; ".join(parts)
+    if result.mixed_model:
+        test = result.mixed_model
+        yield (
+            f"mixed model: {test.logits:.2f} logits {format_interval(test.interval)}, "
+            f"chi2(1) = {test.statistic:.2f}, {_p(test.p)} (Holm {format_p(result.mixed_model_holm)})"
+        )
+    yield from result.notes
 
 
 def _p(p: float) -> str:

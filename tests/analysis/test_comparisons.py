@@ -102,7 +102,7 @@ def test_participants_without_both_rates_are_left_out_and_named(writer: StudyWri
     at_25, at_50, at_100 = analyse(writer.folder).comparisons
     assert at_25.participants == 8
     assert (at_50.participants, at_100.participants) == (7, 7)
-    assert at_50.notes == ("without a rate in both conditions: sub-03",)
+    assert at_50.notes[0] == "without a rate in both conditions: sub-03"
     assert "03" not in dict(at_50.differences)
 
 

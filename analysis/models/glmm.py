@@ -1,0 +1,334 @@
+"""Logistic mixed models: random effects per participant, by adaptive Gauss-Hermite quadrature or Laplace.
+
+Answers of participant g in a row (a condition): y of n felt, logit of the probability x'b + z'L u with u
+standard normal and L a lower triangular factor of the random effects' covariance. The likelihood integrates
+over u. With the nodes of the quadrature at the mode of each participant's posterior, scaled by its curvature,
+the sums also give the exact score and information of the likelihood (Louis, 1982), as the logit is linear in
+b and L given u. So plain Newton steps do.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+DEFAULT_NODES = 9
+"""Per random effect; more are taken where people differ so much that 9 are too few."""
+
+_MOST_STEPS = 60
+_CONVERGED = 1e-7
+_NEARLY_CONVERGED = 1e-3
+_SMALLEST_STEP = 1e-3
+_MORE_NODES = {9: 21, 21: 41}
+_MODE_STEPS = 30
+_MODE_CONVERGED = 1e-9
+_LARGEST_LOGIT = 15.0
+_SINGULAR = 1e-3
+_CORRELATED = 0.999
+
+
+@dataclass(frozen=True, eq=False)
+class BinomialRows:
+    """Answers by participant and condition.
+
+    Attributes
+    ----------
+    felt, trials
+        Shape (rows,).
+    fixed
+        Design of the fixed effects, shape (rows, p).
+    random
+        Design of the random effects, shape (rows, q).
+    participant
+        Number of the participant of each row, 0 to g - 1.
+    """
+
+    felt: Array
+    trials: Array
+    fixed: Array
+    random: Array
+    participant: NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class GlmmFit:
+    """A fitted model.
+
+    Attributes
+    ----------
+    coefficients
+        Fixed effects in logits, shape (p,).
+    covariance
+        Of the fixed effects, shape (p, p), from the observed information of all parameters.
+    factor
+        Lower triangular factor of the random effects' covariance, (q, q); its diagonal is not negative.
+    log_likelihood
+        Marginal log likelihood without the binomial coefficients.
+    nodes
+        Nodes per random effect; 1 is Laplace's approximation.
+    converged
+        Whether the steps came to rest.
+    singular
+        Whether a variance is practically zero or a correlation practically 1.
+    """
+
+    coefficients: Array
+    covariance: Array
+    factor: Array
+    log_likelihood: float
+    nodes: int
+    converged: bool
+    singular: bool
+
+    @property
+    def standard_deviations(self) -> Array:
+        """Standard deviations of the random effects in logits."""
+        deviations: Array = np.sqrt(np.diag(self.factor @ self.factor.T))
+        return deviations
+
+
+def fit_glmm(rows: BinomialRows, nodes: int = DEFAULT_NODES) -> GlmmFit:
+    """Fit a logistic mixed model by maximum likelihood.
+
+    Parameters
+    ----------
+    rows
+        The answers.
+    nodes
+        Nodes of the quadrature per random effect; 1 for Laplace's approximation.
+
+    Returns
+    -------
+    GlmmFit
+        The estimates. Where answers are separated estimates grow without bound: `converged` is then False.
+    """
+    model = _Model(rows, nodes)
+    start = model.start()
+    if nodes == 1:
+        return _result(model, *_climb_laplace(model, start))
+    return _result(model, *_climb(model, start))
+
+
+def likelihood_ratio(full: GlmmFit, reduced: GlmmFit, df: int) -> tuple[float, float]:
+    """Return statistic and p of the likelihood-ratio test of nested models, `df` parameters apart."""
+    from scipy.special import chdtrc
+
+    statistic = max(0.0, 2 * (full.log_likelihood - reduced.log_likelihood))
+    return statistic, float(chdtrc(df, statistic))
+
+
+class _Model:
+    """The rows by participant, padded with rows without trials, and the likelihood's derivatives."""
+
+    def __init__(self, rows: BinomialRows, nodes: int) -> None:
+        groups = int(rows.participant.max()) + 1
+        counts = np.bincount(rows.participant, minlength=groups)
+        longest = int(counts.max())
+        place = np.zeros(len(rows.participant), dtype=np.intp)
+        for group in range(groups):
+            place[rows.participant == group] = np.arange(counts[group])
+        self.p, self.q = rows.fixed.shape[1], rows.random.shape[1]
+        self.felt, self.trials = np.zeros((groups, longest)), np.zeros((groups, longest))
+        self.fixed = np.zeros((groups, longest, self.p))
+        self.random = np.zeros((groups, longest, self.q))
+        for target, source in (
+            (self.felt, rows.felt),
+            (self.trials, rows.trials),
+            (self.fixed, rows.fixed),
+            (self.random, rows.random),
+        ):
+            target[rows.participant, place] = source
+        self.lower = np.tril_indices(self.q)
+        self.nodes = nodes
+        self.points, self.log_weights = _hermite(nodes, self.q)
+        self._modes = np.zeros((groups, self.q))
+
+    def start(self) -> Array:
+        """Return least-squares coefficients of empirical logits, and standard deviations of 0.7."""
+        seen = self.trials > 0
+        logits = np.log((self.felt + 0.5) / (self.trials - self.felt + 0.5))
+        beta = np.linalg.lstsq(self.fixed[seen], logits[seen], rcond=None)[0]
+        return np.concatenate([beta, 0.7 * np.eye(self.q)[self.lower]])
+
+    def refine(self) -> bool:
+        """Take more nodes, for posteriors far from normal; return whether there were more to take."""
+        if self.nodes not in _MORE_NODES:
+            return False
+        self.nodes = _MORE_NODES[self.nodes]
+        self.points, self.log_weights = _hermite(self.nodes, self.q)
+        return True
+
+    def split(self, parameters: Array) -> tuple[Array, Array]:
+        """Return fixed effects and the factor."""
+        factor = np.zeros((self.q, self.q))
+        factor[self.lower] = parameters[self.p :]
+        return parameters[: self.p], factor
+
+    def log_likelihood(self, parameters: Array) -> float:
+        """Return the marginal log likelihood."""
+        return float(self._integrate(parameters)[0].sum())
+
+    def derivatives(self, parameters: Array) -> tuple[float, Array, Array]:
+        """Return the marginal log likelihood, its gradient, and the observed information."""
+        values, weights, places = self._integrate(parameters)
+        groups, count, _ = places.shape
+        logits = self._logits(parameters, places)
+        means = _expit(logits)
+        # how logits move with the parameters: x, and z times u for each entry of the factor
+        columns = np.empty((groups, count, self.fixed.shape[1], self.p + len(self.lower[0])))
+        columns[..., : self.p] = self.fixed[:, None]
+        rows_of, columns_of = self.lower
+        columns[..., self.p :] = self.random[:, None][..., rows_of] * places[:, :, None, :][..., columns_of]
+        misses = self.felt[:, None] - self.trials[:, None] * means
+        scores = np.einsum("gkr,gkrj->gkj", misses, columns)
+        gradient_of = np.einsum("gk,gkj->gj", weights, scores)
+        spread = weights[..., None] * self.trials[:, None] * means * (1 - means)
+        flat = columns.reshape(-1, columns.shape[-1])
+        information = flat.T @ (spread.reshape(-1, 1) * flat)
+        information -= np.einsum("gk,gki,gkj->ij", weights, scores, scores, optimize=True)
+        information += gradient_of.T @ gradient_of
+        return float(values.sum()), gradient_of.sum(axis=0), information
+
+    def _integrate(self, parameters: Array) -> tuple[Array, Array, Array]:
+        """Return each participant's log likelihood, the nodes' posterior weights, and the nodes."""
+        beta, factor = self.split(parameters)
+        effects = self.random @ factor
+        base = self.fixed @ beta
+        modes, curvature = self._find_modes(base, effects)
+        scale = np.linalg.inv(np.linalg.cholesky(curvature)).transpose(0, 2, 1)
+        places = modes[:, None] + np.einsum("gij,kj->gki", scale, self.points)
+        logits = base[:, None] + np.einsum("grq,gkq->gkr", effects, places)
+        logs = np.einsum("gr,gkr->gk", self.felt, logits)
+        logs -= np.einsum("gr,gkr->gk", self.trials, np.logaddexp(0, logits))
+        logs += self.log_weights + 0.5 * (self.points**2).sum(axis=1) - 0.5 * (places**2).sum(axis=2)
+        largest = logs.max(axis=1, keepdims=True)
+        shares = np.exp(logs - largest)
+        totals = shares.sum(axis=1, keepdims=True)
+        values = (largest + np.log(totals))[:, 0] + np.log(np.abs(np.linalg.det(scale)))
+        return values, shares / totals, places
+
+    def _logits(self, parameters: Array, places: Array) -> Array:
+        beta, factor = self.split(parameters)
+        logits: Array = (self.fixed @ beta)[:, None] + np.einsum("grq,gkq->gkr", self.random @ factor, places)
+        return logits
+
+    def _find_modes(self, base: Array, effects: Array) -> tuple[Array, Array]:
+        """Return the modes of the participants' posteriors of u, and the curvature there."""
+        modes = self._modes
+        for _ in range(_MODE_STEPS):
+            means = _expit(base + np.einsum("grq,gq->gr", effects, modes))
+            slope = np.einsum("grq,gr->gq", effects, self.felt - self.trials * means) - modes
+            spread = self.trials * means * (1 - means)
+            curvature = np.einsum("gri,gr,grj->gij", effects, spread, effects) + np.eye(self.q)
+            step = np.linalg.solve(curvature, slope[..., None])[..., 0]
+            step *= np.minimum(1.0, 3.0 / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-12))
+            modes = modes + step
+            if np.abs(step).max() < _MODE_CONVERGED:
+                break
+        self._modes = modes
+        return modes, curvature
+
+
+def _climb(model: _Model, start: Array) -> tuple[Array, bool, Array]:
+    """Return the maximum by Newton steps, whether they came to rest, and the information there."""
+    parameters = start
+    value, gradient, information = model.derivatives(parameters)
+    for _ in range(_MOST_STEPS):
+        step = _ascent(information, gradient)
+        gain = float(gradient @ step)
+        if abs(gain) < _CONVERGED:
+            return parameters + step, True, information
+        size = 1.0
+        tried = model.derivatives(parameters + step)
+        while tried[0] < value + 1e-4 * size * gain - 1e-12 and size > _SMALLEST_STEP:
+            size /= 2
+            tried = model.derivatives(parameters + size * step)
+        if size <= _SMALLEST_STEP:  # the sums' value and slope disagree: too few nodes
+            if not model.refine():
+                return parameters, gain < _NEARLY_CONVERGED, information
+            value, gradient, information = model.derivatives(parameters)
+            continue
+        parameters = parameters + size * step
+        value, gradient, information = tried
+        if np.abs(parameters[: model.p]).max() > _LARGEST_LOGIT:
+            return parameters, False, information
+    return parameters, False, information
+
+
+def _ascent(information: Array, gradient: Array) -> Array:
+    """Return a Newton step that goes uphill, of at most 2 in each parameter."""
+    values, vectors = np.linalg.eigh(information)
+    bounded = np.maximum(np.abs(values), 1e-6 * max(1.0, float(np.abs(values).max())))
+    step: Array = vectors @ ((vectors.T @ gradient) / bounded)
+    return step * min(1.0, 2.0 / max(float(np.abs(step).max()), 1e-12))
+
+
+def _climb_laplace(model: _Model, start: Array) -> tuple[Array, bool, Array]:
+    """Maximise Laplace's approximation, whose derivatives are taken by differences."""
+    from scipy.optimize import minimize
+
+    def loss(parameters: Array) -> float:
+        return -model.log_likelihood(parameters)
+
+    found = minimize(loss, start, method="BFGS", options={"gtol": 1e-4})
+    parameters: Array = found.x
+    converged = bool(np.abs(found.jac).max() < 1e-2 and np.abs(parameters[: model.p]).max() < _LARGEST_LOGIT)
+    return parameters, converged, _hessian(loss, parameters)
+
+
+def _hessian(function: Callable[[Array], float], at: Array, step: float = 1e-3) -> Array:
+    size = len(at)
+    moves = step * np.eye(size)
+    hessian = np.empty((size, size))
+    for i in range(size):
+        for j in range(i + 1):
+            corners = [
+                function(at + a * moves[i] + b * moves[j]) for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))
+            ]
+            hessian[i, j] = hessian[j, i] = (corners[0] - corners[1] - corners[2] + corners[3]) / (
+                4 * step**2
+            )
+    return hessian
+
+
+def _result(model: _Model, parameters: Array, converged: bool, information: Array) -> GlmmFit:
+    beta, factor = model.split(parameters)
+    factor = factor * np.where(np.diag(factor) < 0, -1.0, 1.0)  # the sign of a column means nothing
+    return GlmmFit(
+        coefficients=beta,
+        covariance=np.asarray(np.linalg.pinv(information, hermitian=True)[: model.p, : model.p], float),
+        factor=factor,
+        log_likelihood=model.log_likelihood(parameters),
+        nodes=model.nodes,
+        converged=converged,
+        singular=_is_singular(factor),
+    )
+
+
+def _is_singular(factor: Array) -> bool:
+    deviations = np.sqrt((factor**2).sum(axis=1))
+    if deviations.min() < _SINGULAR:
+        return True
+    correlations = (factor @ factor.T) / np.outer(deviations, deviations)
+    return bool((np.abs(correlations[np.tril_indices(len(factor), -1)]) > _CORRELATED).any())
+
+
+def _hermite(nodes: int, dimensions: int) -> tuple[Array, Array]:
+    """Return nodes and log weights for integrals over a standard normal density, shape (k, q) and (k,)."""
+    x, w = np.polynomial.hermite_e.hermegauss(nodes)
+    grids = np.meshgrid(*[x] * dimensions, indexing="ij")
+    weights: Sequence[Array] = np.meshgrid(
+        *[np.log(w) - 0.5 * math.log(2 * math.pi)] * dimensions, indexing="ij"
+    )
+    return np.stack([g.ravel() for g in grids], axis=1), np.sum([w.ravel() for w in weights], axis=0)
+
+
+def _expit(logits: Array) -> Array:
+    from scipy.special import expit
+
+    probabilities: Array = expit(logits)
+    return probabilities

@@ -1,0 +1,129 @@
+"""Mixed models against R's lme4 (reference/glmm.R) and against integrals computed otherwise."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+from scipy.special import expit
+
+from analysis.models.glmm import BinomialRows, fit_glmm, likelihood_ratio
+
+REFERENCE = Path(__file__).parents[1] / "reference"
+CELLS = [f"{frequency} {clothing}" for frequency in (25, 50, 100) for clothing in ("inner", "both")]
+STUDIES = [1, 2, 3, 4, 5]
+
+
+def study(number: int, *, slope: bool = True) -> BinomialRows:
+    with (REFERENCE / "glmm_studies.csv").open() as file:
+        lines = [line for line in csv.DictReader(file) if line["study"] == str(number)]
+    cells = [CELLS.index(f"{line['modulation_hz']} {line['clothing']}") for line in lines]
+    sides = np.array([0.5 if line["clothing"] == "both" else -0.5 for line in lines])
+    ones = np.ones(len(lines))
+    return BinomialRows(
+        felt=np.array([float(line["felt"]) for line in lines]),
+        trials=np.array([float(line["trials"]) for line in lines]),
+        fixed=np.eye(len(CELLS))[cells],
+        random=np.column_stack([ones, sides]) if slope else ones[:, None],
+        participant=np.array([int(line["participant"]) - 1 for line in lines]),
+    )
+
+
+def lme4(number: int, model: str) -> dict[str, float]:
+    with (REFERENCE / "glmm.csv").open() as file:
+        lines = [
+            line for line in csv.DictReader(file) if (line["study"], line["model"]) == (str(number), model)
+        ]
+    return {line["name"]: float(line["value"]) for line in lines}
+
+
+@pytest.mark.parametrize("number", STUDIES)
+def test_laplace_with_a_random_slope_is_that_of_glmer(number: int) -> None:
+    expected = lme4(number, "slope_laplace")
+    fit = fit_glmm(study(number), nodes=1)
+    assert fit.coefficients == pytest.approx([expected[cell] for cell in CELLS], abs=2e-3)
+    assert fit.standard_deviations == pytest.approx([expected["sd 1"], expected["sd 2"]], abs=3e-3)
+    errors = np.sqrt(np.diag(fit.covariance))
+    assert errors == pytest.approx([expected[f"se {cell}"] for cell in CELLS], rel=0.02)
+
+
+@pytest.mark.parametrize("number", STUDIES)
+def test_quadrature_with_a_random_intercept_is_that_of_glmer_with_25_nodes(number: int) -> None:
+    expected = lme4(number, "intercept_25")
+    fit = fit_glmm(study(number, slope=False))
+    assert fit.coefficients == pytest.approx([expected[cell] for cell in CELLS], abs=1e-3)
+    assert fit.standard_deviations == pytest.approx([expected["sd 1"]], abs=1e-3)
+    errors = np.sqrt(np.diag(fit.covariance))
+    assert errors == pytest.approx([expected[f"se {cell}"] for cell in CELLS], rel=0.01)
+
+
+@pytest.mark.parametrize("number", STUDIES)
+def test_the_likelihood_ratio_is_that_of_glmer(number: int) -> None:
+    full = study(number)
+    # without a difference between the cells at 100 Hz
+    merged = np.column_stack([full.fixed[:, :4], full.fixed[:, 4] + full.fixed[:, 5]])
+    reduced = BinomialRows(full.felt, full.trials, merged, full.random, full.participant)
+    statistic, p = likelihood_ratio(fit_glmm(full, nodes=1), fit_glmm(reduced, nodes=1), df=1)
+    assert statistic == pytest.approx(lme4(number, "slope_laplace")["lr 100"], abs=5e-3)
+    assert 0 <= p <= 1
+
+
+def test_the_likelihood_is_the_integral() -> None:
+    rows = study(3)
+    fit = fit_glmm(rows)
+    total = 0.0
+    for participant in range(8):
+        mine = rows.participant == participant
+
+        def density(second: float, first: float, mine: np.ndarray = mine) -> float:
+            u = np.array([first, second])
+            means = expit(rows.fixed[mine] @ fit.coefficients + rows.random[mine] @ fit.factor @ u)
+            felt, trials = rows.felt[mine], rows.trials[mine]
+            return float(
+                np.prod(means**felt * (1 - means) ** (trials - felt)) * np.exp(-(u @ u) / 2) / (2 * np.pi)
+            )
+
+        total += np.log(dblquad(density, -7, 7, -7, 7, epsabs=0, epsrel=1e-6)[0])
+    assert fit.log_likelihood == pytest.approx(total, abs=1e-4)
+
+
+def test_nothing_is_gained_in_any_direction() -> None:
+    rows = study(2)
+    fit = fit_glmm(rows)
+    shifted = [
+        BinomialRows(
+            rows.felt, rows.trials, rows.fixed * (1 + step * np.eye(6)[cell]), rows.random, rows.participant
+        )
+        for cell in range(6)
+        for step in (-0.01, 0.01)
+    ]
+    # a rescaled column is the same model: the maximum must be the same, wherever the steps came from
+    for other in shifted:
+        assert fit_glmm(other).log_likelihood == pytest.approx(fit.log_likelihood, abs=1e-6)
+
+
+def test_separated_answers_do_not_converge() -> None:
+    rows = study(1)
+    felt = np.where(rows.fixed[:, 5] > 0, rows.trials, rows.felt)
+    fit = fit_glmm(BinomialRows(felt, rows.trials, rows.fixed, rows.random, rows.participant))
+    assert not fit.converged
+
+
+def test_people_who_do_not_differ_give_a_singular_fit() -> None:
+    cells = np.tile(np.arange(6), 8)
+    rows = BinomialRows(
+        np.tile([5.0, 4.0, 6.0, 3.0, 7.0, 5.0], 8),
+        np.full(48, 10.0),
+        np.eye(6)[cells],
+        np.column_stack([np.ones(48), np.where(cells % 2, 0.5, -0.5)]),
+        np.repeat(np.arange(8), 6),
+    )
+    fit = fit_glmm(rows)
+    assert fit.singular
+    assert expit(fit.coefficients) == pytest.approx([0.5, 0.4, 0.6, 0.3, 0.7, 0.5], abs=1e-3)
+
+
+def test_a_model_that_fits_as_well_has_a_ratio_of_zero() -> None:
+    fit = fit_glmm(study(1))
+    assert likelihood_ratio(fit, fit, 1) == (0.0, 1.0)
