@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from analysis.design import Condition, Design, conditions
+from analysis.exact import Wilcoxon, bayes_factor, dz_interval, wilcoxon_test
 from analysis.intervals import Interval, t_interval
 from analysis.models.planned import MixedModelTest, mixed_model_test
 from analysis.paired import PairedT, SignFlip, holm, paired_t_test, sign_flip_test
@@ -34,6 +35,10 @@ class ComparisonResult:
         t interval of the mean; None with fewer than two participants or if all differences are equal.
     sign_flip, paired_t, mixed_model
         The three tests, two-sided; None where one cannot be made.
+    wilcoxon
+        The exact signed-rank test; not adjusted, as it is no planned test.
+    dz_interval, bayes_factor
+        Of the paired t test; None without it.
     sign_flip_holm, paired_t_holm, mixed_model_holm
         Their p after Holm's adjustment over all planned comparisons that could be tested that way.
     sign_flip_tests, paired_t_tests, mixed_model_tests
@@ -53,6 +58,9 @@ class ComparisonResult:
     sign_flip: SignFlip | None
     paired_t: PairedT | None
     mixed_model: MixedModelTest | None
+    wilcoxon: Wilcoxon | None
+    dz_interval: Interval | None
+    bayes_factor: float | None
     notes: tuple[str, ...]
     sign_flip_holm: float | None = None
     paired_t_holm: float | None = None
@@ -127,6 +135,9 @@ def _compare(
         sign_flip=sign_flip,
         paired_t=paired_t,
         mixed_model=mixed_model,
+        wilcoxon=wilcoxon_test(values),
+        dz_interval=dz_interval(paired_t.t, len(values)) if paired_t else None,
+        bayes_factor=bayes_factor(paired_t.t, len(values)) if paired_t else None,
         notes=tuple(_notes(values, lacking, sign_flip, mixed_model)),
     )
 

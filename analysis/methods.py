@@ -23,7 +23,21 @@ METHODS: Mapping[str, str] = {
         "Exact two-sided sign-flip test of the mean difference over all 2^n sign patterns; its least p is "
         "2 / 2^k with k differences that are not zero."
     ),
-    "paired_t": "Paired t test, two-sided; not testable if all differences are equal. dz is mean / SD.",
+    "paired_t": (
+        "Paired t test, two-sided; not testable if all differences are equal. dz is mean / SD, its 95 % "
+        "interval by the noncentral t distribution."
+    ),
+    "detectability": (
+        "d' = z(hits) - z(false alarms) with the log-linear correction (counts + 1/2 over trials + 1), hits "
+        "of a condition against the catch trials of its kind of block; undefined without catch trials."
+    ),
+    "wilcoxon": (
+        "Exact two-sided Wilcoxon signed-rank test with mid-ranks, zeros left out; beside the planned tests."
+    ),
+    "bayes_factor": (
+        "JZS Bayes factor of the paired t test, Cauchy prior of scale 0.707 on the effect size; over 1 "
+        "speaks for a difference."
+    ),
     "mixed_model": (
         "Logistic mixed model of single answers: every condition a fixed effect, a random intercept and a "
         "random slope for the compared factor over participants, by adaptive Gauss-Hermite quadrature (9 "

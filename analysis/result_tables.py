@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from analysis.comparisons import DIFFERENCE_INTERVAL, ComparisonResult
 from analysis.design import StudyFactor, format_level
+from analysis.detectability import DETECTABILITY_INTERVAL, Detectability, GroupDetectability
 from analysis.intervals import Interval
 from analysis.rates import GROUP_INTERVAL, PARTICIPANT_INTERVAL, ConditionRate, ParticipantRate
 from analysis.study import Results
@@ -66,6 +67,11 @@ _COMPARISON = (
     Column("t_p_holm", "Its p after Holm's adjustment."),
     Column("t_tests", "Number of t tests adjusted for: all planned ones that were testable."),
     Column("t_dz", "Standardised mean difference: mean_difference / sd_difference."),
+    Column("t_dz_interval_low", "Lower end of its 95 % interval (noncentral t)."),
+    Column("t_dz_interval_high", "Upper end of its 95 % interval (noncentral t)."),
+    Column("bayes_factor", "Bayes factor for a difference against none (JZS, Cauchy scale 0.707)."),
+    Column("wilcoxon_p", "p of the exact signed-rank test, two-sided, not adjusted; n/a: not testable."),
+    Column("wilcoxon_least_p", "Smallest p that the signed-rank test could have given."),
     Column("glmm_logits", "Difference in logits by the mixed model, first minus second; n/a: not testable."),
     Column("glmm_interval_low", "Lower end of its Wald 95 % interval."),
     Column("glmm_interval_high", "Upper end of its Wald 95 % interval."),
@@ -75,6 +81,21 @@ _COMPARISON = (
     Column("glmm_p_holm", "Its p after Holm's adjustment."),
     Column("glmm_tests", "Number of these tests adjusted for: all planned ones that were testable."),
     Column("glmm_penalised", "Whether answers are separated, so that Firth's penalty was used."),
+    _NOTES,
+    _SIMULATED,
+)
+_DETECTABILITY = (
+    Column("d_prime", "z(hit rate) - z(false-alarm rate), log-linear correction."),
+    Column("standard_error", "Its standard error by the delta method."),
+    Column("criterion", "-(z(hit rate) + z(false-alarm rate)) / 2; positive: says felt rarely."),
+    _NOTES,
+    _SIMULATED,
+)
+_GROUP_DETECTABILITY = (
+    Column("d_prime", "Mean of the participants' d'."),
+    *_ENDS,
+    Column("criterion", "Mean of the participants' criteria."),
+    Column("participants", "Number of participants who have a d' there."),
     _NOTES,
     _SIMULATED,
 )
@@ -144,6 +165,18 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
             "False-alarm rate (catch trials answered as felt), over participants.",
             (*blocks, *_CONDITION_RATE),
             _rows(mark, map(_condition_row, results.false_alarms or ()), or_else=undefined),
+        ),
+        ResultTable(
+            "detectability",
+            "d' and criterion in every condition, over participants.",
+            (*cells, *_GROUP_DETECTABILITY),
+            _rows(mark, map(_group_detectability_row, results.group_detectability), or_else=undefined),
+        ),
+        ResultTable(
+            "detectability_by_participant",
+            "d' and criterion in every condition, of each participant.",
+            (_PARTICIPANT, *cells, *_DETECTABILITY),
+            _rows(mark, map(_detectability_row, results.detectability or ()), or_else=undefined),
         ),
         ResultTable(
             "false_alarms_by_participant",
@@ -232,9 +265,47 @@ def _comparison_row(result: ComparisonResult) -> Row:
         "t_p_holm": result.paired_t_holm,
         "t_tests": result.paired_t_tests,
         "t_dz": paired_t.dz if paired_t else None,
+        **_more_of_t_cells(result),
+        "wilcoxon_p": result.wilcoxon.p if result.wilcoxon else None,
+        "wilcoxon_least_p": result.wilcoxon.floor if result.wilcoxon else None,
         **_mixed_model_cells(result),
         "notes": "; ".join(result.notes) or None,
     }
+
+
+def _detectability_row(found: Detectability) -> Row:
+    return {
+        "participant": found.participant,
+        **dict(found.condition),
+        "d_prime": found.d_prime,
+        "standard_error": found.standard_error,
+        "criterion": found.criterion,
+    }
+
+
+def _group_detectability_row(group: GroupDetectability) -> Row:
+    return {
+        **dict(group.condition),
+        "d_prime": group.d_prime,
+        **_interval_cells(group.interval, DETECTABILITY_INTERVAL),
+        "criterion": group.criterion,
+        "participants": group.participants,
+        "notes": None if group.interval else _why_no_interval(group.participants),
+    }
+
+
+def _more_of_t_cells(result: ComparisonResult) -> Row:
+    interval = result.dz_interval
+    return {
+        "t_dz_interval_low": None if interval is None else _iterated(interval.low),
+        "t_dz_interval_high": None if interval is None else _iterated(interval.high),
+        "bayes_factor": _iterated(result.bayes_factor),
+    }
+
+
+def _iterated(value: float | None) -> float | None:
+    """Round what an iteration or a quadrature gave: machines agree in fewer digits there."""
+    return None if value is None else float(f"{value:.5g}")
 
 
 def _mixed_model_cells(result: ComparisonResult) -> Row:
@@ -248,10 +319,8 @@ def _mixed_model_cells(result: ComparisonResult) -> Row:
         "glmm_p": test.p if test else None,
         "glmm_p_holm": result.mixed_model_holm,
     }
-    # an iterative fit: machines agree in fewer digits
-    rounded = {name: None if value is None else float(f"{value:.5g}") for name, value in estimates.items()}
     return {
-        **rounded,
+        **{name: _iterated(value) for name, value in estimates.items()},
         "glmm_tests": result.mixed_model_tests,
         "glmm_penalised": test.penalised if test else None,
     }

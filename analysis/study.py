@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.comparisons import ComparisonResult, planned_comparisons
+from analysis.detectability import Detectability, GroupDetectability, detectability
+from analysis.detectability import over_participants as mean_detectability
 from analysis.rates import (
     ConditionRate,
     ParticipantRate,
@@ -30,6 +32,8 @@ class Results:
         false-alarm rate is then undefined.
     comparisons
         The planned comparisons.
+    detectability
+        d' per participant; None without catch trials.
     """
 
     trials: Trials
@@ -38,6 +42,12 @@ class Results:
     participant_false_alarms: tuple[ParticipantRate, ...] | None
     false_alarms: tuple[ConditionRate, ...] | None
     comparisons: tuple[ComparisonResult, ...]
+    detectability: tuple[Detectability, ...] | None
+
+    @property
+    def group_detectability(self) -> tuple[GroupDetectability, ...]:
+        """D' over participants; empty without catch trials."""
+        return mean_detectability(self.detectability or ())
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -70,7 +80,8 @@ def analyse(study: Path) -> Results:
     """
     trials = read_trials(study)
     rates = detection_rates(trials)
-    false_alarms = _with_all_blocks(false_alarm_rates(trials))
+    false_alarms_by_block = false_alarm_rates(trials)
+    false_alarms = _with_all_blocks(false_alarms_by_block)
     return Results(
         trials=trials,
         participant_rates=rates,
@@ -78,6 +89,7 @@ def analyse(study: Path) -> Results:
         participant_false_alarms=false_alarms,
         false_alarms=None if false_alarms is None else over_participants(false_alarms),
         comparisons=planned_comparisons(rates, trials.design),
+        detectability=detectability(rates, false_alarms_by_block),
     )
 
 
