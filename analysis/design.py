@@ -113,6 +113,16 @@ def study_design(sessions: Sequence[LoggedSession]) -> Design:
     return Design(newest.name, newest.study, factors, newest.comparisons)
 
 
+def protocol_design(protocol: Protocol) -> Design:
+    """Return the design of studies that a protocol plans."""
+    within = protocol.factors.within_block
+    factors = tuple(
+        StudyFactor(name, tuple(factor.levels), dict(factor.describe), name in within)
+        for name, factor in _factors(protocol).items()
+    )
+    return Design(protocol.name, protocol.study, factors, protocol.comparisons)
+
+
 def _is_number(text: str, number: float) -> bool:
     try:
         return float(text) == number

@@ -16,6 +16,7 @@ _COMMANDS: Final = {
     "export": "make a study's BIDS data set again from its logs",
     "analyse": "detection rates, planned comparisons and the figure of a study",
     "field": "the predicted field around foci: pictures, metrics, pose errors, microphone scans",
+    "power": "how many participants a study needs: whole studies, simulated and tested",
     "calibrate": "where the units stand: from a waved target, live or from files, and from sound",
     "sensor": "watch the target from one unit, and send what is seen to the computer that calibrates",
     "devices": "list what is connected: serial ports, sound devices, network interfaces",

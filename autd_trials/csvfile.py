@@ -48,13 +48,10 @@ def read_numbers(
         The file cannot be read, lacks columns, or holds something else than finite rising or positive
         numbers.
     """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"the {what} cannot be read: {error}", where=str(path)) from error
     before = -math.inf
     rows = []
-    for where, row in _rows(path, lines, columns, advice):
+    for where, words in read_words(path, what, columns, advice=advice):
+        row = {name: _number(words[name], name, where) for name in columns}
         if never_negative is not None and row[never_negative] < 0:
             raise UsageError(f"{never_negative} is negative", where=where, do=f"correct this line: {advice}")
         if rising is not None and row[rising] <= before:
@@ -68,9 +65,14 @@ def read_numbers(
     return np.array(rows, dtype=np.float64).reshape(-1, len(columns))
 
 
-def _rows(
-    path: Path, lines: list[str], columns: Sequence[str], advice: str
-) -> Iterator[tuple[str, dict[str, float]]]:
+def read_words(
+    path: Path, what: str, columns: Sequence[str], *, advice: str = ""
+) -> Iterator[tuple[str, dict[str, str]]]:
+    """Read named columns as text, each line with its place; parameters and errors as `read_numbers`."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise UsageError(f"the {what} cannot be read: {error}", where=str(path)) from error
     reader = csv.DictReader(lines)
     header = reader.fieldnames = [name.strip() for name in reader.fieldnames or []]
     missing = [name for name in columns if name not in header]
@@ -78,11 +80,10 @@ def _rows(
         raise UsageError(
             f"the columns {', '.join(missing)} are missing; there are {', '.join(header) or 'none'}",
             where=f"{path}:1",
-            do=f"name them {', '.join(columns)}: {advice}",
+            do=f"name them {', '.join(columns)}" + (f": {advice}" if advice else ""),
         )
     for row in reader:
-        where = f"{path}:{reader.line_num}"
-        yield where, {name: _number(row[name], name, where) for name in columns}
+        yield f"{path}:{reader.line_num}", {name: row[name] for name in columns}
 
 
 def _number(text: str | None, name: str, where: str) -> float:

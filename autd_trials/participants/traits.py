@@ -24,13 +24,13 @@ saturates, so the two differ; other fields are taken in proportion."""
 MEDIAN_THRESHOLDS_MN = {25.0: 10.0, 50.0: 6.0, 100.0: 3.0}
 """Median threshold force in mN by modulation frequency in Hz."""
 
-_THRESHOLD_SD_DB = 3.0  # between people, 20 log of force
-_TRIAL_JITTER_SD_DB = 1.5  # from trial to trial, 20 log of force
-_LAYER_LOSS_DB: dict[Layer, tuple[float, float]] = {"inner": (-3.0, 1.0), "outer": (-6.5, 4.0)}  # mean, SD
-_SMALLEST_LAYER_LOSS_DB = -1.0  # no cloth lets more through
-_SENSITIVITY = 1.65  # d' at threshold
-_CRITERION_MEAN, _CRITERION_SD = 1.65, 0.3
-_LAPSE = 0.01  # presses without, and silence in spite of, any feeling
+THRESHOLD_SD_DB = 3.0  # between people, 20 log of force
+TRIAL_JITTER_SD_DB = 1.5  # from trial to trial, 20 log of force
+LAYER_LOSS_DB: dict[Layer, tuple[float, float]] = {"inner": (-3.0, 1.0), "outer": (-6.5, 4.0)}  # mean, SD
+SMALLEST_LAYER_LOSS_DB = -1.0  # no cloth lets more through
+SENSITIVITY = 1.65  # d' at threshold
+CRITERION_MEAN, CRITERION_SD = 1.65, 0.3
+LAPSE = 0.01  # presses without, and silence in spite of, any feeling
 _REACTION_MU_S, _REACTION_SIGMA_S, _REACTION_TAU_S = 0.45, 0.07, 0.15
 _PHI = NormalDist().cdf
 
@@ -58,10 +58,10 @@ class ParticipantTraits:
     def draw(cls, generator: "Generator") -> "ParticipantTraits":
         """Draw a participant."""
         return cls(
-            threshold_offset_db=generator.normal(0.0, _THRESHOLD_SD_DB),
-            inner_loss_db=min(generator.normal(*_LAYER_LOSS_DB["inner"]), _SMALLEST_LAYER_LOSS_DB),
-            outer_loss_db=min(generator.normal(*_LAYER_LOSS_DB["outer"]), _SMALLEST_LAYER_LOSS_DB),
-            criterion=generator.normal(_CRITERION_MEAN, _CRITERION_SD),
+            threshold_offset_db=generator.normal(0.0, THRESHOLD_SD_DB),
+            inner_loss_db=min(generator.normal(*LAYER_LOSS_DB["inner"]), SMALLEST_LAYER_LOSS_DB),
+            outer_loss_db=min(generator.normal(*LAYER_LOSS_DB["outer"]), SMALLEST_LAYER_LOSS_DB),
+            criterion=generator.normal(CRITERION_MEAN, CRITERION_SD),
         )
 
     def force_mn(
@@ -84,8 +84,8 @@ class ParticipantTraits:
 
         With a force of 0 it is the participant's false-alarm rate.
         """
-        d_prime = _SENSITIVITY * force_mn / threshold_mn
-        return _LAPSE + (1.0 - 2.0 * _LAPSE) * _PHI(d_prime - self.criterion)
+        d_prime = SENSITIVITY * force_mn / threshold_mn
+        return LAPSE + (1.0 - 2.0 * LAPSE) * _PHI(d_prime - self.criterion)
 
     def answer(self, force_mn: float, modulation_hz: float, generator: "Generator") -> float | None:
         """Decide one trial.
@@ -95,7 +95,7 @@ class ParticipantTraits:
         float or None
             The reaction time in s (ex-Gaussian); None if the participant does not press.
         """
-        jitter_db = generator.normal(0.0, _TRIAL_JITTER_SD_DB)
+        jitter_db = generator.normal(0.0, TRIAL_JITTER_SD_DB)
         threshold_mn = self.threshold_mn(modulation_hz) * math.pow(10.0, jitter_db / 20.0)
         if generator.random() >= self.detection_probability(force_mn, threshold_mn):
             return None

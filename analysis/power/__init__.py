@@ -1,0 +1,1 @@
+"""How likely a study of a given size shows what it is to show: whole studies, simulated and tested."""

@@ -1,0 +1,251 @@
+"""Power, false positives and interval widths over simulated studies of several sizes."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.intervals import Interval, t_quantile, wilson_interval
+from analysis.models.planned import mixed_model_test
+from analysis.power.fast import paired_t_p, rejected, sign_flip_p
+from analysis.power.model import Counts, PlannedContrast, StudyModel
+from analysis.rates import ParticipantRate
+
+TestName = Literal["sign_flip", "paired_t", "mixed_model"]
+TESTS: tuple[TestName, ...] = ("sign_flip", "paired_t", "mixed_model")
+
+_CHUNK = {"sign_flip": 500, "paired_t": 500, "mixed_model": 25}
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PowerRow:
+    """What became of the studies of one size, for one comparison and test.
+
+    Attributes
+    ----------
+    participants, comparison, test
+        Which.
+    studies
+        How many were simulated.
+    power, power_interval
+        Share that found a difference at the level alpha, and its Wilson 95 % Monte Carlo interval.
+    power_holm
+        The same after Holm's adjustment over all planned comparisons.
+    false_positives, false_positives_interval
+        The same as power in studies without a difference: the same people, but which level is which is drawn
+        anew for each of them, so that they differ in their slopes as before.
+    not_tested
+        Share in which the test could not be made; they count as not found.
+    interval_width
+        Mean width of the 95 % t interval of the difference of rates.
+    """
+
+    participants: int
+    comparison: str
+    test: TestName
+    studies: int
+    power: float
+    power_interval: Interval | None
+    power_holm: float
+    false_positives: float
+    false_positives_interval: Interval | None
+    not_tested: float
+    interval_width: float
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked.
+
+    Attributes
+    ----------
+    participants
+        Sizes of studies.
+    studies
+        How many of each size.
+    tests
+        Which tests.
+    alpha
+        Level of significance.
+    seed
+        Of everything; the numbers do not depend on how the work is divided.
+    """
+
+    participants: tuple[int, ...]
+    studies: int
+    tests: tuple[TestName, ...]
+    alpha: float = 0.05
+    seed: int = 1
+
+
+Progress = Callable[[float], None]
+
+
+def power_analysis(
+    model: StudyModel, question: Question, *, jobs: int = 1, progress: Progress = lambda _share: None
+) -> list[PowerRow]:
+    """Simulate and test studies, on several cores or, inside a joblib backend, on a cluster.
+
+    Parameters
+    ----------
+    model
+        What is simulated.
+    question
+        What is asked.
+    jobs
+        Processes; -1 for all cores.
+    progress
+        Told how far it is, 0 to 1.
+    """
+    from joblib import Parallel, delayed
+
+    size = min(_CHUNK[test] for test in question.tests)
+    starts = range(0, question.studies, size)
+    work = [
+        (participants, number, min(size, question.studies - start))
+        for participants in question.participants
+        for number, start in enumerate(starts)
+    ]
+    tallies: dict[int, list[_Tally]] = {participants: [] for participants in question.participants}
+    run = Parallel(n_jobs=jobs, return_as="generator")
+    results: Iterable[_Tally] = run(delayed(_chunk)(model, question, *each) for each in work)
+    for done, (each, tally) in enumerate(zip(work, results, strict=True), start=1):
+        tallies[each[0]].append(tally)
+        progress(done / len(work))
+    return [
+        row for participants in question.participants for row in _rows(model, question, participants, tallies)
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Tally:
+    """Counts over a chunk, shape (tests, contrasts); `widths` has the shape (contrasts,)."""
+
+    found: Counts
+    found_holm: Counts
+    false_positives: Counts
+    not_tested: Counts
+    widths: Array
+
+
+def _chunk(model: StudyModel, question: Question, participants: int, number: int, studies: int) -> _Tally:
+    sequence = np.random.SeedSequence(question.seed, spawn_key=(participants, number))
+    generator = np.random.default_rng(sequence)
+    counts = model.simulate(studies, participants, generator)
+    p = _p_values(model, counts, question.tests)
+    null = np.stack(
+        [
+            _p_values(model, _shuffled(model, counts, contrast, generator), question.tests, only=contrast)[
+                ..., 0
+            ]
+            for contrast in model.contrasts
+        ],
+        axis=-1,
+    )
+    adjusted = _holm(p)
+    return _Tally(
+        found=rejected(p, question.alpha).sum(axis=1),
+        found_holm=rejected(adjusted, question.alpha).sum(axis=1),
+        false_positives=rejected(null, question.alpha).sum(axis=1),
+        not_tested=np.isnan(p).sum(axis=1),
+        widths=np.array([_widths(model, counts, contrast) for contrast in model.contrasts]),
+    )
+
+
+def _p_values(
+    model: StudyModel, counts: Counts, tests: Sequence[TestName], only: PlannedContrast | None = None
+) -> Array:
+    """Return p of each test, study and contrast; NaN where a test could not be made."""
+    contrasts = model.contrasts if only is None else (only,)
+    p = np.empty((len(tests), len(counts), len(contrasts)))
+    for column, contrast in enumerate(contrasts):
+        differences = _differences(counts, contrast)
+        for row, test in enumerate(tests):
+            if test == "sign_flip":
+                p[row, :, column] = sign_flip_p(differences, model.trials * len(contrast.first))
+            elif test == "paired_t":
+                p[row, :, column] = paired_t_p(differences)
+            else:
+                p[row, :, column] = [_mixed_model_p(model, each, contrast) for each in counts]
+    return p
+
+
+def _differences(counts: Counts, contrast: PlannedContrast) -> Counts:
+    first, second = counts[..., list(contrast.first)], counts[..., list(contrast.second)]
+    differences: Counts = first.sum(axis=-1) - second.sum(axis=-1)
+    return differences
+
+
+def _shuffled(
+    model: StudyModel, counts: Counts, contrast: PlannedContrast, generator: np.random.Generator
+) -> Counts:
+    """Let chance say for each person which of the compared levels is which, in all of the person's cells."""
+    swap = np.arange(len(model.cells))
+    for other in model.contrasts:
+        if (other.factor, other.levels) == (contrast.factor, contrast.levels):
+            swap[list(other.first)], swap[list(other.second)] = other.second, other.first
+    swapped = generator.random(counts.shape[:2]) < 0.5
+    shuffled: Counts = np.where(swapped[..., None], counts[..., swap], counts)
+    return shuffled
+
+
+def _mixed_model_p(model: StudyModel, counts: Counts, contrast: PlannedContrast) -> float:
+    """Return p for one study's counts, shape (participants, cells)."""
+    rates = [
+        ParticipantRate(
+            f"{person:04d}", cell, int(felt), model.trials, Fraction(int(felt), model.trials), None
+        )
+        for person, row in enumerate(counts)
+        for cell, felt in zip(model.cells, row, strict=True)
+    ]
+    test = mixed_model_test(rates, contrast.factor, contrast.levels[0], contrast.levels[1], contrast.at)
+    return np.nan if test is None else test.p
+
+
+def _holm(p: Array) -> Array:
+    """Adjust over the contrasts of every test and study, as `analysis.paired.holm` does for one family."""
+    order = np.argsort(p, axis=-1)  # NaN last
+    ascending = np.take_along_axis(p, order, axis=-1)
+    made = (~np.isnan(p)).sum(axis=-1, keepdims=True)
+    stepped = np.minimum(ascending * np.maximum(made - np.arange(p.shape[-1]), 1), 1.0)
+    adjusted = np.empty_like(p)
+    np.put_along_axis(adjusted, order, np.maximum.accumulate(stepped, axis=-1), axis=-1)
+    return adjusted
+
+
+def _widths(model: StudyModel, counts: Counts, contrast: PlannedContrast) -> float:
+    """Return the summed widths of the t intervals of the differences of rates."""
+    differences = _differences(counts, contrast) / (model.trials * len(contrast.first))
+    participants = differences.shape[1]
+    sds = differences.std(axis=1, ddof=1)
+    return float((2 * t_quantile(participants - 1) * sds / np.sqrt(participants)).sum())
+
+
+def _rows(
+    model: StudyModel, question: Question, participants: int, tallies: dict[int, list[_Tally]]
+) -> Iterable[PowerRow]:
+    mine = tallies[participants]
+    for column, contrast in enumerate(model.contrasts):
+        for row, test in enumerate(question.tests):
+            found, found_holm, false, untested = (
+                int(sum(getattr(tally, name)[row, column] for tally in mine))
+                for name in ("found", "found_holm", "false_positives", "not_tested")
+            )
+            yield PowerRow(
+                participants=participants,
+                comparison=contrast.name,
+                test=test,
+                studies=question.studies,
+                power=found / question.studies,
+                power_interval=wilson_interval(found, question.studies),
+                power_holm=found_holm / question.studies,
+                false_positives=false / question.studies,
+                false_positives_interval=wilson_interval(false, question.studies),
+                not_tested=untested / question.studies,
+                interval_width=sum(float(tally.widths[column]) for tally in mine) / question.studies,
+            )

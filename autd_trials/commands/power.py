@@ -1,0 +1,185 @@
+"""`autd-trials power`: how many participants a study needs."""
+
+import argparse
+import re
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from autd_trials.commands.output import print_json, print_text, say
+from autd_trials.commands.progress import progress_bar
+from autd_trials.errors import DeviceError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from analysis.power.model import StudyModel
+    from analysis.power.run import PowerRow
+
+_TESTS = ("sign_flip", "paired_t", "mixed_model")
+_FEWEST, _MOST = 3, 200
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.add_argument("protocol", metavar="PROTOCOL", help="path, or the bare name of a shipped protocol")
+    parser.add_argument(
+        "--participants", type=_sizes, default=(4, 6, 8, 12, 16), metavar="A-B", help="8, 4-24 or 6,8,12"
+    )
+    parser.add_argument("--studies", type=int, default=2000, metavar="N", help="of each size (2000)")
+    parser.add_argument(
+        "--tests",
+        type=_tests,
+        default=("sign_flip", "paired_t"),
+        metavar="T,...",
+        help="of sign_flip, paired_t, mixed_model (the first two; the last takes 50 ms a study)",
+    )
+    parser.add_argument("--alpha", type=float, default=0.05, metavar="P", help="level of significance (0.05)")
+    parser.add_argument(
+        "--rates", type=Path, metavar="CSV", help="rates of an average person: a column a factor, and rate"
+    )
+    parser.add_argument(
+        "--common-sd",
+        type=float,
+        default=1.0,
+        metavar="SD",
+        help="with --rates: people's logits differ (1.0)",
+    )
+    parser.add_argument(
+        "--cell-sd", type=float, default=0.6, metavar="SD", help="with --rates: and in each condition (0.6)"
+    )
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of everything (1)")
+    parser.add_argument("--jobs", type=int, default=-1, metavar="N", help="processes (all cores)")
+    parser.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler that shares the work out instead")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="write power.tsv, power.png and power.svg there"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Simulate studies and say how often they find what they look for."""
+    from analysis.power.run import Question, power_analysis
+
+    _refuse_nonsense(options)
+    model = _model(options)
+    question = Question(options.participants, options.studies, options.tests, options.alpha, options.seed)
+    with _workers(options.dask), progress_bar("studies") as progress:
+        rows = power_analysis(model, question, jobs=options.jobs, progress=progress)
+    facts = {"protocol": options.protocol, "population": _population(options), "rows": _plain(rows)}
+    if options.out is not None:
+        _write(rows, options, facts["population"])
+    if options.json:
+        print_json(facts)
+    else:
+        print_text(_text(rows, facts["population"]))
+    return 0
+
+
+def _refuse_nonsense(options: argparse.Namespace) -> None:
+    if options.studies < 1:
+        raise UsageError(f"--studies is {options.studies}", do="simulate at least 1; 2000 tell power to 2 %")
+    if not 0 < options.alpha < 1:
+        raise UsageError(f"--alpha is {options.alpha:g}", do="give a level over 0 and under 1")
+    if min(options.common_sd, options.cell_sd) < 0:
+        raise UsageError("a standard deviation is negative", do="give 0 or more")
+    if options.jobs == 0:
+        raise UsageError("--jobs is 0", do="give a number of processes, or -1 for all cores")
+
+
+def _model(options: argparse.Namespace) -> "StudyModel":
+    from analysis.design import protocol_design
+    from analysis.power.model import read_rates, study_model
+    from autd_trials.protocol.load import find_protocol, load_protocol_with_sha256
+
+    protocol = load_protocol_with_sha256(find_protocol(options.protocol))[0]
+    rates = None if options.rates is None else read_rates(options.rates, protocol_design(protocol))
+    return study_model(protocol, rates, (options.common_sd, options.cell_sd))
+
+
+def _population(options: argparse.Namespace) -> str:
+    if options.rates is None:
+        return "simulated participants (an assumed model, no data)"
+    return f"rates of {options.rates}, people differ by {options.common_sd:g} and {options.cell_sd:g} logits"
+
+
+@contextmanager
+def _workers(address: str | None) -> "Iterator[None]":
+    """Let joblib hand the work to a Dask cluster while the context lasts, if there is an address."""
+    if address is None:
+        yield
+        return
+    import joblib
+
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise UsageError("Dask is not installed", do="pip install 'autd-trials[cluster]'") from error
+    try:
+        client = Client(address, timeout="10s")  # type: ignore[no-untyped-call]
+    except (OSError, ValueError, TimeoutError) as error:
+        raise DeviceError(f"no Dask scheduler answers: {error}", where=address) from error
+    with client, joblib.parallel_config(backend="dask"):
+        yield
+
+
+def _plain(rows: "Sequence[PowerRow]") -> list[dict[str, Any]]:
+    return [asdict(row) for row in rows]
+
+
+def _write(rows: "Sequence[PowerRow]", options: argparse.Namespace, population: str) -> None:
+    from analysis.power.figure import draw_power
+
+    options.out.mkdir(parents=True, exist_ok=True)
+    about = f"{options.protocol}: {options.studies} studies a point; {population}"
+    draw_power(rows, options.alpha, about, options.out / "power")
+    columns = list(_flat(rows[0]))
+    lines = ["\t".join(columns), *("\t".join(f"{value}" for value in _flat(row).values()) for row in rows)]
+    (options.out / "power.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    say(f"table and figure: {options.out}")
+
+
+def _flat(row: "PowerRow") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for name, value in asdict(row).items():
+        if isinstance(value, dict):
+            flat |= {f"{name}_{end}": round(number, 6) for end, number in value.items()}
+        else:
+            flat[name] = round(value, 6) if isinstance(value, float) else value
+    return flat
+
+
+def _text(rows: "Sequence[PowerRow]", population: str) -> str:
+    lines = [f"{population}; share of {rows[0].studies} studies that find the difference:"]
+    for row in rows:
+        interval = (
+            f"[{row.power_interval.low:.3f}, {row.power_interval.high:.3f}]" if row.power_interval else ""
+        )
+        lines.append(
+            f"  n = {row.participants:<3} {row.comparison}, {row.test}: {row.power:.3f} {interval}, "
+            f"Holm {row.power_holm:.3f}; without a difference {row.false_positives:.3f}; "
+            f"interval {row.interval_width:.2f} wide"
+        )
+    return "\n".join(lines)
+
+
+def _sizes(text: str) -> tuple[int, ...]:
+    if match := re.fullmatch(r"(\d+)-(\d+)", text):
+        sizes = tuple(range(int(match[1]), int(match[2]) + 1))
+    elif re.fullmatch(r"\d+(,\d+)*", text):
+        sizes = tuple(int(part) for part in text.split(","))
+    else:
+        sizes = ()
+    if not sizes or min(sizes) < _FEWEST or max(sizes) > _MOST or len(set(sizes)) < len(sizes):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is not sizes of {_FEWEST} to {_MOST} participants, as in 8, 4-24 or 6,8,12"
+        )
+    return sizes
+
+
+def _tests(text: str) -> tuple[str, ...]:
+    tests = tuple(text.split(","))
+    if not set(tests) <= set(_TESTS) or len(set(tests)) < len(tests):
+        raise argparse.ArgumentTypeError(f"{text!r} is not some of {', '.join(_TESTS)}")
+    return tests
