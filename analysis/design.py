@@ -43,10 +43,10 @@ class StudyFactor:
 
 @dataclass(frozen=True)
 class Design:
-    """A study's factors, those within blocks first, its planned comparisons, and whose study it is."""
+    """A study's factors, those within blocks first, its planned comparisons, and whose it is, where known."""
 
     protocol: str
-    study: Study
+    study: Study | None
     factors: tuple[StudyFactor, ...]
     comparisons: tuple[Comparison, ...]
 

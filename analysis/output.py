@@ -11,6 +11,7 @@ from analysis.methods import METHODS
 from analysis.result_tables import ResultTable, result_tables
 from analysis.study import Results
 from autd_trials.errors import DeviceError
+from autd_trials.protocol.schema import Study
 from autd_trials.records.disk import replace_text
 from autd_trials.records.table import json_text, tsv
 
@@ -41,10 +42,13 @@ def write_results(results: Results, folder: Path) -> list[Path]:
     tables = result_tables(results)
     texts = {f"{table.name}.tsv": tsv(table.columns, table.rows) for table in tables} | {
         "results.json": json_text(results_json(results)),
-        "dataset_description.json": json_text(_dataset_description(results)),
         "README.md": _readme(results, tables),
-        ".bidsignore": "*.tsv\n*.json\n*.png\n*.svg\n*.pdf\n",
     }
+    if results.trials.design.study is not None:
+        texts["dataset_description.json"] = json_text(
+            _dataset_description(results, results.trials.design.study)
+        )
+        texts[".bidsignore"] = "*.tsv\n*.json\n*.png\n*.svg\n*.pdf\n"
     try:
         for name, text in texts.items():
             replace_text(folder / name, text)
@@ -92,15 +96,15 @@ def _sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _dataset_description(results: Results) -> dict[str, Any]:
+def _dataset_description(results: Results, study: Study) -> dict[str, Any]:
     mark = " (simulated)" if results.simulated else ""
     return {
         "Name": f"{results.trials.design.protocol}: analysis{mark}",
         "BIDSVersion": _BIDS_VERSION,
         "HEDVersion": "8.3.0",
         "DatasetType": "derivative",
-        "License": results.trials.design.study.license,
-        "Authors": list(results.trials.design.study.authors),
+        "License": study.license,
+        "Authors": list(study.authors),
         "GeneratedBy": [
             {
                 "Name": "autd-trials",

@@ -78,7 +78,11 @@ def analyse(study: Path) -> Results:
     UsageError
         As `analysis.trials.read_trials`.
     """
-    trials = read_trials(study)
+    return results_of(read_trials(study))
+
+
+def results_of(trials: Trials) -> Results:
+    """Return all results of trials that were read."""
     rates = detection_rates(trials)
     false_alarms_by_block = false_alarm_rates(trials)
     false_alarms = _with_all_blocks(false_alarms_by_block)

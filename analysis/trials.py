@@ -83,7 +83,7 @@ def read_trials(study: Path) -> Trials:
         )
     return Trials(
         design=design,
-        table=_data_frame((row for its_rows in rows.values() for row in its_rows), design),
+        table=data_frame((row for its_rows in rows.values() for row in its_rows), design),
         simulated=any(session.start.simulated for session in sessions),
         warnings=(
             *session_warnings(sessions, never_begun, tables),
@@ -123,7 +123,8 @@ def _find_sessions(study: Path) -> tuple[tuple[LoggedSession, ...], tuple[Path, 
     return sessions, never_begun
 
 
-def _data_frame(rows: Iterable[TrialRow], design: Design) -> "pd.DataFrame":
+def data_frame(rows: Iterable[TrialRow], design: Design) -> "pd.DataFrame":
+    """Return rows as the data frame that `Trials` describes."""
     import pandas as pd
 
     records = [

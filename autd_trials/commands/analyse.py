@@ -1,32 +1,125 @@
-"""`autd-trials analyse`: from a recorded study to tables and the figure."""
+"""`autd-trials analyse`: from a recorded study, or any table of answers, to tables and the figure."""
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from autd_trials.commands.output import print_json, print_text, say
+from autd_trials.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from analysis.study import Results
+    from autd_trials.protocol.schema import Comparison
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("study", metavar="STUDY", type=Path, help="the study's folder, such as data/chest")
-    parser.add_argument("--out", type=Path, help="where results go (STUDY/derivatives/analysis)")
+    parser.add_argument(
+        "study",
+        metavar="STUDY",
+        type=Path,
+        help="a study's folder, such as data/chest, or a CSV or TSV table",
+    )
+    parser.add_argument(
+        "--columns",
+        metavar="NAME=COLUMN,...",
+        help="of a table: participant, response and the factors, perhaps session, trial, trial_type, ...",
+    )
+    parser.add_argument(
+        "--levels",
+        action="append",
+        default=[],
+        metavar="FACTOR=LEVEL,...",
+        help="of a table: a factor's levels in order; may be repeated",
+    )
+    parser.add_argument(
+        "--compare",
+        action="append",
+        default=[],
+        metavar="FACTOR=FIRST,SECOND[@OTHER]",
+        help="of a table: two levels, at each level of another factor; may be repeated",
+    )
+    parser.add_argument(
+        "--out", type=Path, help="where results go (STUDY/derivatives/analysis, TABLE-analysis)"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
 
 
 def execute(options: argparse.Namespace) -> int:
     """Analyse the study and write the results."""
     from analysis.output import results_json, write_results
-    from analysis.study import analyse
     from analysis.summary import plain_words
-    from autd_trials.records.layout import analysis_folder
 
-    results = analyse(options.study)
-    folder = options.out or analysis_folder(options.study)
+    results, folder = _analyse(options)
     write_results(results, folder)
     if options.json:
         print_json(results_json(results))
     else:
         print_text(plain_words(results))
     say(f"figure, tables and results: {folder}")
-    say(f"data set: {options.study}")
     return 0
+
+
+def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
+    """Return the results and the folder where they go."""
+    from analysis.any_table import TableRequest, read_any_table
+    from analysis.study import analyse, results_of
+    from autd_trials.records.layout import analysis_folder
+
+    if options.study.is_file():
+        columns = {
+            name: _single(column, name) for name, column in _pairs(options.columns, "--columns").items()
+        }
+        levels = {name: words for each in options.levels for name, words in _lists(each, "--levels").items()}
+        comparisons = tuple(_comparison(each) for each in options.compare)
+        trials = read_any_table(options.study, TableRequest(columns, levels, comparisons))
+        beside = options.study.with_name(f"{options.study.stem}-analysis")
+        return results_of(trials), options.out or beside
+    if options.columns or options.levels or options.compare:
+        raise UsageError(
+            "--columns, --levels and --compare are for tables; a study's protocol says what is what",
+            where=str(options.study),
+            do="leave them out, or give a CSV or TSV file",
+        )
+    results = analyse(options.study)
+    say(f"data set: {options.study}")
+    return results, options.out or analysis_folder(options.study)
+
+
+def _pairs(text: str | None, option: str) -> dict[str, list[str]]:
+    """Read NAME=COLUMN,NAME=COLUMN."""
+    if text is None:
+        raise UsageError(
+            "which column is what is not known",
+            do="give --columns participant=COLUMN,response=COLUMN,FACTOR=COLUMN,...",
+        )
+    pairs: dict[str, list[str]] = {}
+    for part in text.split(","):
+        pairs |= _lists(part, option)
+    return pairs
+
+
+def _lists(text: str, option: str) -> dict[str, list[str]]:
+    """Read NAME=WORD,WORD."""
+    name, separator, words = text.partition("=")
+    if not separator or not name.strip() or not all(word.strip() for word in words.split(",")):
+        raise UsageError(f"{option} has {text!r}", do="write NAME=WORD, as in clothing=cloth")
+    return {name.strip(): [word.strip() for word in words.split(",")]}
+
+
+def _single(words: "Sequence[str]", name: str) -> str:
+    if len(words) != 1:
+        raise UsageError(f"--columns names {len(words)} columns for {name}", do="name one")
+    return words[0]
+
+
+def _comparison(text: str) -> "Comparison":
+    from autd_trials.protocol.schema import Comparison
+
+    compared, _, other = text.partition("@")
+    ((factor, levels),) = _lists(compared, "--compare").items()
+    if len(levels) != 2:
+        raise UsageError(f"--compare has {text!r}", do="name two levels: clothing=inner,both@modulation_hz")
+    return Comparison(factor=factor, first=levels[0], second=levels[1], at_each=other or None)

@@ -106,7 +106,7 @@ def test_progress_goes_up_to_the_end() -> None:
 
 
 def test_the_assumed_population_answers_as_its_single_participants() -> None:
-    """Rates over many people drawn as arrays, against people drawn one by one with every trial's own jitter."""
+    """Rates over people drawn as arrays, against people drawn one by one with every trial's own jitter."""
     from autd_trials.participants.population import Presented, detection_probabilities
     from autd_trials.participants.traits import ParticipantTraits
 

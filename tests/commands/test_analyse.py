@@ -1,0 +1,50 @@
+"""`autd-trials analyse` of a table, as a person types it."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.analysis.test_any_table import lines
+from tests.commands.conftest import Run
+
+COLUMNS = "participant=pid,response=felt,clothing=cloth,modulation_hz=freq"
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    path = tmp_path / "trials.csv"
+    path.write_text("\n".join(["pid,felt,cloth,freq", *lines(people=8)]) + "\n")
+    return path
+
+
+def test_a_table_is_analysed_beside_itself(run: Run, table: Path) -> None:
+    result = run(
+        "analyse", table, "--columns", COLUMNS, "--levels", "clothing=inner,both",
+        "--compare", "clothing=inner,both@modulation_hz", "--json",
+    )  # fmt: skip
+    assert result.code == 0
+    assert [row["mean_difference"] for row in result.json["comparisons"]] == [0.5, 0.5]
+    folder = table.with_name("trials-analysis")
+    assert (folder / "rates.png").exists()
+    assert not (folder / "dataset_description.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "give --columns participant=COLUMN"),
+        (["--columns", "participant"], "--columns has 'participant'"),
+        (["--columns", COLUMNS, "--levels", "clothing"], "--levels has 'clothing'"),
+        (["--columns", COLUMNS, "--compare", "clothing=inner"], "name two levels"),
+    ],
+)
+def test_wrong_arguments_are_told(run: Run, table: Path, arguments: list[str], message: str) -> None:
+    result = run("analyse", table, *arguments)
+    assert result.code == 2
+    assert message in result.err
+
+
+def test_columns_of_a_study_are_refused(run: Run, tmp_path: Path) -> None:
+    result = run("analyse", tmp_path, "--columns", COLUMNS)
+    assert result.code == 2
+    assert "are for tables" in result.err
