@@ -1,4 +1,4 @@
-"""95 % intervals: Wilson's for one proportion, Student's t for a mean over participants."""
+"""95 % intervals: of one proportion, of a difference of two, and of a mean over participants."""
 
 import math
 import statistics
@@ -55,6 +55,74 @@ def wilson_interval(successes: int, n: int) -> Interval | None:
     low = 0.0 if successes == 0 else centre - half_width
     high = 1.0 if successes == n else centre + half_width
     return Interval(low, high)
+
+
+def clopper_pearson_interval(successes: int, n: int) -> Interval | None:
+    """Return the exact interval for a proportion: it covers at least 95 % of the time, often more.
+
+    Parameters and None as in `wilson_interval`.
+
+    Notes
+    -----
+    C. J. Clopper and E. S. Pearson (1934), Biometrika 26, 404-413.
+    """
+    from scipy.special import betaincinv
+
+    if n == 0:
+        return None
+    tail = (1 - CONFIDENCE) / 2
+    low = 0.0 if successes == 0 else float(betaincinv(successes, n - successes + 1, tail))
+    high = 1.0 if successes == n else float(betaincinv(successes + 1, n - successes, 1 - tail))
+    return Interval(low, high)
+
+
+def jeffreys_interval(successes: int, n: int) -> Interval | None:
+    """Return the Bayesian interval for a proportion with Jeffreys' prior, with equal tails.
+
+    Where none or all succeeded the end next to them is 0 or 1 (the rule of Brown, Cai and DasGupta: otherwise
+    the interval would never contain 0 or 1). Parameters and None as in `wilson_interval`.
+
+    Notes
+    -----
+    L. D. Brown, T. T. Cai and A. DasGupta (2001), Stat. Sci. 16, 101-133, section 4.1.3.
+    """
+    from scipy.special import betaincinv
+
+    if n == 0:
+        return None
+    tail = (1 - CONFIDENCE) / 2
+    a, b = successes + 0.5, n - successes + 0.5
+    low = 0.0 if successes == 0 else float(betaincinv(a, b, tail))
+    high = 1.0 if successes == n else float(betaincinv(a, b, 1 - tail))
+    return Interval(low, high)
+
+
+def newcombe_interval(first: tuple[int, int], second: tuple[int, int]) -> Interval | None:
+    """Return Newcombe's interval for the difference of two independent proportions, first minus second.
+
+    Like Wilson's, from which it is made, it is meant for one participant's trials.
+
+    Parameters
+    ----------
+    first, second
+        Successes and number of trials of each.
+
+    Returns
+    -------
+    Interval or None
+        Within -1..1; None if one of them has no trials.
+
+    Notes
+    -----
+    R. G. Newcombe (1998), Stat. Med. 17, 873-890, method 10.
+    """
+    one, other = wilson_interval(*first), wilson_interval(*second)
+    if one is None or other is None:
+        return None
+    p, q = first[0] / first[1], second[0] / second[1]
+    return Interval(
+        p - q - math.hypot(p - one.low, other.high - q), p - q + math.hypot(one.high - p, q - other.low)
+    )
 
 
 def t_interval(values: Sequence[float], *, bounds: tuple[float, float] | None = None) -> Interval | None:

@@ -6,12 +6,15 @@ METHODS: Mapping[str, str] = {
     "trials": "Only complete trials with an answer are counted; the remarks say what was not counted.",
     "participant_rate": (
         "A participant's rate is felt / trials, with Wilson's 95 % score interval, which takes the trials as "
-        "independent and equally likely to be felt."
+        "independent and equally likely to be felt; beside it Clopper and Pearson's exact interval and "
+        "Jeffreys', which ends at 0 or 1 where none or all were felt."
     ),
     "rate": (
         "A condition's rate is the mean of the participants' rates, with Student's 95 % t interval over "
         "participants, whose ends are kept within 0..1; no interval for one participant or if all have the "
-        "same rate."
+        "same rate. Beside it the percentile interval of the participant bootstrap over all n^n resamples, "
+        "and the beta-binomial model's mean with its profile-likelihood interval and the correlation of two "
+        "answers of one person; its test of overdispersion is halved, as a correlation is not negative."
     ),
     "false_alarm_rate": "The share of catch trials answered as felt; undefined without catch trials.",
     "difference": (
@@ -39,9 +42,10 @@ METHODS: Mapping[str, str] = {
         "speaks for a difference."
     ),
     "mixed_model": (
-        "Logistic mixed model of single answers: every condition a fixed effect, a random intercept and a "
-        "random slope for the compared factor over participants, by adaptive Gauss-Hermite quadrature (9 "
-        "nodes or more per effect); difference in logits with Wald's 95 % interval, likelihood-ratio test. "
+        "Logistic mixed model of the single answers at the level where factors are compared (of all answers, "
+        "where it is overall): every condition a fixed effect, a random intercept and a random slope for the "
+        "compared factor over participants, by adaptive Gauss-Hermite quadrature (9 nodes or more per "
+        "effect); difference in logits with Wald's 95 % interval, likelihood-ratio test. "
         "Where all or none were felt in a condition, half an answer of each kind is added to every condition "
         "(Firth's penalty)."
     ),

@@ -76,7 +76,7 @@ def sign_flip_test(differences: Sequence[Fraction]) -> SignFlip | None:
     """
     if len(differences) < 2:
         return None
-    sizes = _as_integers([difference for difference in differences if difference != 0])
+    sizes, _ = as_integers([difference for difference in differences if difference != 0])
     ways = Counter({0: 1})
     for size in sizes:
         if 2 * len(ways) > LARGEST_SUPPORT:
@@ -147,7 +147,7 @@ def holm(p_values: Sequence[float | None]) -> list[float | None]:
     return adjusted
 
 
-def _as_integers(fractions: Sequence[Fraction]) -> list[int]:
-    """Return the fractions as integers on their least common denominator."""
+def as_integers(fractions: Sequence[Fraction]) -> tuple[list[int], int]:
+    """Return the fractions' numerators on their least common denominator, and that denominator."""
     denominator = math.lcm(*(fraction.denominator for fraction in fractions))
-    return [int(fraction * denominator) for fraction in fractions]
+    return [int(fraction * denominator) for fraction in fractions], denominator

@@ -7,8 +7,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from analysis.bootstrap import bootstrap_interval
 from analysis.design import Condition, StudyFactor, conditions
-from analysis.intervals import Interval, t_interval, wilson_interval
+from analysis.intervals import (
+    Interval,
+    clopper_pearson_interval,
+    jeffreys_interval,
+    t_interval,
+    wilson_interval,
+)
+from analysis.models.beta_binomial import BetaBinomial, fit_beta_binomial
 from analysis.trials import Trials
 from autd_trials.protocol.schema import Level
 
@@ -42,6 +50,16 @@ class ParticipantRate:
     rate: Fraction | None
     interval: Interval | None
 
+    @property
+    def clopper_pearson(self) -> Interval | None:
+        """The exact interval; None where there is no Wilson interval."""
+        return clopper_pearson_interval(self.felt, self.n) if self.interval else None
+
+    @property
+    def jeffreys(self) -> Interval | None:
+        """Jeffreys' interval; None where there is no Wilson interval."""
+        return jeffreys_interval(self.felt, self.n) if self.interval else None
+
 
 @dataclass(frozen=True)
 class ConditionRate:
@@ -55,6 +73,10 @@ class ConditionRate:
         Mean of the participants' rates; None without any.
     interval
         t interval over participants; None with one participant or if all have the same rate.
+    bootstrap
+        Interval by the participant bootstrap; None likewise.
+    beta_binomial
+        The beta-binomial model of the counts; None where it cannot be fitted or cells were averaged.
     participants
         Number of participants who have a rate there.
     felt, n
@@ -64,6 +86,8 @@ class ConditionRate:
     condition: Condition
     mean: float | None
     interval: Interval | None
+    bootstrap: Interval | None
+    beta_binomial: BetaBinomial | None
     participants: int
     felt: int
     n: int
@@ -197,11 +221,15 @@ def _mean_of_cells(
 
 def _over_participants(condition: Condition, rates: Sequence[ParticipantRate]) -> ConditionRate:
     present = [rate for rate in rates if rate.rate is not None]
-    values = [float(rate.rate) for rate in present if rate.rate is not None]
+    exact = [rate.rate for rate in present if rate.rate is not None]
+    values = [float(rate) for rate in exact]
+    averaged = any(rate.interval is None for rate in present)
     return ConditionRate(
         condition=condition,
         mean=statistics.fmean(values) if values else None,
         interval=t_interval(values, bounds=(0.0, 1.0)),
+        bootstrap=bootstrap_interval(exact),
+        beta_binomial=None if averaged else fit_beta_binomial([(rate.felt, rate.n) for rate in present]),
         participants=len(present),
         felt=sum(rate.felt for rate in present),
         n=sum(rate.n for rate in present),

@@ -7,6 +7,7 @@ from analysis.comparisons import DIFFERENCE_INTERVAL, ComparisonResult
 from analysis.design import StudyFactor, format_level
 from analysis.detectability import DETECTABILITY_INTERVAL, Detectability, GroupDetectability
 from analysis.intervals import Interval
+from analysis.models.beta_binomial import BetaBinomial
 from analysis.rates import GROUP_INTERVAL, PARTICIPANT_INTERVAL, ConditionRate, ParticipantRate
 from analysis.study import Results
 from autd_trials.records.table import Column
@@ -33,6 +34,10 @@ _COUNTS = (
 _PARTICIPANT_RATE = (
     Column("rate", "felt / trials; averaged over kinds of blocks where several are taken together."),
     *_ENDS,
+    Column("clopper_pearson_low", "Lower end of the exact 95 % interval (Clopper and Pearson)."),
+    Column("clopper_pearson_high", "Upper end of the exact 95 % interval."),
+    Column("jeffreys_low", "Lower end of Jeffreys' 95 % interval; 0 where none was felt."),
+    Column("jeffreys_high", "Upper end of Jeffreys' 95 % interval; 1 where all were felt."),
     *_COUNTS,
     _NOTES,
     _SIMULATED,
@@ -40,6 +45,13 @@ _PARTICIPANT_RATE = (
 _CONDITION_RATE = (
     Column("rate", "Mean of the participants' rates, each participant counting the same."),
     *_ENDS,
+    Column("bootstrap_low", "Lower end of the 95 % percentile interval of the participant bootstrap."),
+    Column("bootstrap_high", "Upper end of the 95 % percentile interval of the participant bootstrap."),
+    Column("beta_binomial_mean", "Mean rate over people by the beta-binomial model; n/a: not estimable."),
+    Column("beta_binomial_low", "Lower end of its 95 % profile-likelihood interval."),
+    Column("beta_binomial_high", "Upper end of its 95 % profile-likelihood interval."),
+    Column("beta_binomial_correlation", "Correlation of two answers of one person; 0: people do not differ."),
+    Column("overdispersion_p", "p of the likelihood-ratio test that people do not differ."),
     Column("participants", "Number of participants who have a rate there."),
     *_COUNTS,
     _NOTES,
@@ -205,10 +217,13 @@ def _rounded(value: Value) -> Value:
 
 
 def _interval_cells(interval: Interval | None, kind: str) -> Row:
+    return {**_end_cells("interval", interval), "interval": kind}
+
+
+def _end_cells(name: str, interval: Interval | None) -> Row:
     return {
-        "interval_low": interval.low if interval else None,
-        "interval_high": interval.high if interval else None,
-        "interval": kind,
+        f"{name}_low": interval.low if interval else None,
+        f"{name}_high": interval.high if interval else None,
     }
 
 
@@ -219,6 +234,8 @@ def _participant_row(rate: ParticipantRate) -> Row:
         **dict(rate.condition),
         "rate": None if rate.rate is None else float(rate.rate),
         **_interval_cells(rate.interval, PARTICIPANT_INTERVAL),
+        **_end_cells("clopper_pearson", rate.clopper_pearson),
+        **_end_cells("jeffreys", rate.jeffreys),
         "felt": rate.felt,
         "trials": rate.n,
         "notes": "mean over kinds of blocks, so no interval" if averaged else None,
@@ -230,10 +247,22 @@ def _condition_row(rate: ConditionRate) -> Row:
         **dict(rate.condition),
         "rate": rate.mean,
         **_interval_cells(rate.interval, GROUP_INTERVAL),
+        **_end_cells("bootstrap", rate.bootstrap),
+        **_beta_binomial_cells(rate.beta_binomial),
         "participants": rate.participants,
         "felt": rate.felt,
         "trials": rate.n,
         "notes": None if rate.interval else _why_no_interval(rate.participants),
+    }
+
+
+def _beta_binomial_cells(fit: BetaBinomial | None) -> Row:
+    return {
+        "beta_binomial_mean": _iterated(fit.mean) if fit else None,
+        "beta_binomial_low": _iterated(fit.interval.low) if fit else None,
+        "beta_binomial_high": _iterated(fit.interval.high) if fit else None,
+        "beta_binomial_correlation": _iterated(fit.correlation) if fit else None,
+        "overdispersion_p": _iterated(fit.p_overdispersion) if fit else None,
     }
 
 

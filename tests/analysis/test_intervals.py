@@ -5,9 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
-from statsmodels.stats.proportion import proportion_confint
+from statsmodels.stats.proportion import confint_proportions_2indep, proportion_confint
 
-from analysis.intervals import t_interval, t_quantile, wilson_interval
+from analysis.intervals import (
+    clopper_pearson_interval,
+    jeffreys_interval,
+    newcombe_interval,
+    t_interval,
+    t_quantile,
+    wilson_interval,
+)
 
 
 @given(st.integers(1, 500).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
@@ -74,3 +81,57 @@ def test_no_interval_from_one_value_or_from_equal_values() -> None:
 def test_t_quantile_from_printed_tables() -> None:
     assert t_quantile(7) == pytest.approx(2.365, abs=5e-4)
     assert t_quantile(1) == pytest.approx(12.706, abs=5e-4)
+
+
+counts = st.integers(1, 200).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n)))
+
+
+@given(counts)
+@settings(max_examples=100, deadline=None)
+def test_clopper_pearson_equals_scipy(felt: tuple[int, int]) -> None:
+    interval = clopper_pearson_interval(*felt)
+    expected = stats.binomtest(*felt).proportion_ci(method="exact")
+    assert interval is not None
+    assert (interval.low, interval.high) == pytest.approx((expected.low, expected.high), abs=1e-9)
+
+
+@given(counts)
+@settings(max_examples=100, deadline=None)
+def test_jeffreys_equals_the_beta_quantiles_but_for_none_and_all(felt: tuple[int, int]) -> None:
+    k, n = felt
+    interval = jeffreys_interval(k, n)
+    low, high = stats.beta.ppf([0.025, 0.975], k + 0.5, n - k + 0.5)
+    assert interval is not None
+    assert interval.low == (0 if k == 0 else pytest.approx(low))
+    assert interval.high == (1 if k == n else pytest.approx(high))
+
+
+def test_jeffreys_and_clopper_pearson_published_examples() -> None:
+    # Brown, Cai and DasGupta (2001), Stat. Sci. 16, table 5 (n = 7..): Jeffreys at 0 of 7 is [0, .292].
+    none = jeffreys_interval(0, 7)
+    assert none is not None
+    assert (none.low, none.high) == pytest.approx((0, 0.292), abs=6e-4)
+    # Newcombe (1998), Stat. Med. 17, 857-872, table I, method 5: 81 of 263.
+    exact = clopper_pearson_interval(81, 263)
+    assert exact is not None
+    assert (exact.low, exact.high) == pytest.approx((0.2527, 0.3676), abs=5e-5)
+
+
+def test_newcombe_published_examples_and_statsmodels() -> None:
+    # R. G. Newcombe (1998), Stat. Med. 17, 873-890, table II, method 10, contrasts (a), (e) and (g).
+    examples = {((56, 70), (48, 80)): (0.0524, 0.3339), ((5, 56), (0, 29)): (-0.0381, 0.1926)}
+    for (first, second), ends in examples.items():
+        interval = newcombe_interval(first, second)
+        assert interval is not None
+        assert (interval.low, interval.high) == pytest.approx(ends, abs=5e-5)
+    for first, second in [((0, 10), (0, 10)), ((10, 10), (0, 10)), ((3, 10), (7, 12))]:
+        interval = newcombe_interval(first, second)
+        assert interval is not None
+        expected = confint_proportions_2indep(*first, *second, method="newcomb", compare="diff")
+        assert (interval.low, interval.high) == pytest.approx(expected, abs=1e-9)
+    assert newcombe_interval((0, 0), (1, 2)) is None
+
+
+def test_without_trials_there_is_no_interval() -> None:
+    assert clopper_pearson_interval(0, 0) is None
+    assert jeffreys_interval(0, 0) is None

@@ -63,15 +63,17 @@ def test_the_other_way_round_has_the_other_sign() -> None:
     assert other.p == pytest.approx(one.p, rel=1e-4)
 
 
-def test_over_all_frequencies_the_difference_is_the_mean_of_those_at_each() -> None:
+def test_at_a_frequency_only_the_trials_there_count() -> None:
     its_rates = drawn(2, 1.0)
-    overall = mixed_model_test(its_rates, "clothing", "inner", "both", ())
-    at_each = [
-        mixed_model_test(its_rates, "clothing", "inner", "both", (("modulation_hz", frequency),))
-        for frequency in FREQUENCIES
-    ]
+    there = [rate for rate in its_rates if set(AT_100) <= set(rate.condition)]
+    assert compare(its_rates) == compare(there)
+
+
+def test_over_all_frequencies_people_who_are_alike_give_the_mean_of_the_differences() -> None:
+    felt = np.tile([[6, 3], [5, 4], [8, 5]], (8, 1, 1))
+    overall = mixed_model_test(rates(felt), "clothing", "inner", "both", ())
     assert overall is not None
-    assert overall.logits == pytest.approx(np.mean([each.logits for each in at_each if each]), abs=1e-6)
+    assert overall.logits == pytest.approx(np.diff(logit(felt[0] / 10)).mean() * -1, abs=2e-3)
 
 
 @pytest.mark.slow
