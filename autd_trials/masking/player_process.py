@@ -184,8 +184,11 @@ class _Output:
             raise _refused(self.device, error) from error
 
     def _fill(self, block: "NDArray[np.float32]", frames: int, at: Any, status: Any) -> None:
-        self._called_s = time.monotonic()
-        if status.output_underflow:
+        waited_s = time.monotonic() - self._called_s
+        self._called_s += waited_s
+        # Some hosts do not say that they ran dry; one that asks later than what it held could last, did.
+        held_s = self._stream.latency + frames / self._stream.samplerate
+        if status.output_underflow or (waited_s > held_s and self._playback.frames > 0):
             self._underruns.append(self._called_s)
         if not self._playback.ended:
             delay_s = max(self._stream.latency, at.outputBufferDacTime - at.currentTime)

@@ -69,8 +69,10 @@ def test_a_study_runs_with_what_two_sensor_nodes_calibrated(start: Start, run: R
     energy = report["predicted_energy"]
     found, truth = (load_calibration(path)[0].unit_poses() for path in (out, TRUTH))
     left = energy_left(truth, found, B_MM, Air())
-    assert energy["low"] - 0.005 <= left <= 1
+    # the sensors are timed by this machine, so that the figures vary from run to run and with its load
+    assert 0.95 < left <= 1
     assert abs(left - energy["mean"]) < 0.03
+    assert energy["low"] < energy["mean"]
     assert (tmp_path / "calibration.png").exists()
 
     rig = yaml.safe_load(TRUTH.with_name("emulated.yaml").read_text())
