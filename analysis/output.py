@@ -8,8 +8,9 @@ from typing import Any
 
 from analysis.figures import save_figure
 from analysis.methods import METHODS
-from analysis.result_tables import ResultTable, result_tables
 from analysis.study import Results
+from analysis.tables.all_tables import result_tables
+from analysis.tables.table import ResultTable
 from autd_trials.errors import DeviceError
 from autd_trials.protocol.schema import Study
 from autd_trials.records.disk import replace_text

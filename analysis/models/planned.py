@@ -1,8 +1,8 @@
 """A planned comparison by a logistic mixed model: fixed effects of cells, a random slope of the contrast.
 
 Where two levels are compared at a level of another factor, only the trials there are taken: a slope shared
-with the other levels would be estimated too small where people differ from level to level, and false positives
-would be more than 5 % (docs/statistics.md has the table).
+with the other levels would be estimated too small where people differ from level to level, and there would be
+more false positives than 5 % (docs/statistics.md has the table).
 
 Where all or none were felt in a cell its logit is infinite. Then half a felt and half an unfelt answer are
 added to every cell, spread over the participants: Firth's penalty, which for cell means alone is just that.

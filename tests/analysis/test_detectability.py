@@ -7,8 +7,8 @@ from scipy.stats import norm
 
 from analysis.detectability import detectability, over_participants
 from analysis.rates import ParticipantRate
-from analysis.result_tables import result_tables
 from analysis.study import analyse
+from analysis.tables.all_tables import result_tables
 from tests.analysis.conftest import StudyWriter, chest_protocol
 
 

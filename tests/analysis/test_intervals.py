@@ -100,7 +100,7 @@ def test_clopper_pearson_equals_scipy(felt: tuple[int, int]) -> None:
 def test_jeffreys_equals_the_beta_quantiles_but_for_none_and_all(felt: tuple[int, int]) -> None:
     k, n = felt
     interval = jeffreys_interval(k, n)
-    low, high = stats.beta.ppf([0.025, 0.975], k + 0.5, n - k + 0.5)
+    low, high = (float(stats.beta.ppf(q, k + 0.5, n - k + 0.5)) for q in (0.025, 0.975))
     assert interval is not None
     assert interval.low == (0 if k == 0 else pytest.approx(low))
     assert interval.high == (1 if k == n else pytest.approx(high))

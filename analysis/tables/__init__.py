@@ -1,0 +1,1 @@
+"""The results as tables, a module for each kind of results."""

@@ -1,0 +1,72 @@
+"""The tables of d' and criterion."""
+
+from analysis.detectability import DETECTABILITY_INTERVAL, Detectability, GroupDetectability
+from analysis.study import Results
+from analysis.tables.table import (
+    ENDS,
+    NO_CATCH_TRIALS,
+    PARTICIPANT,
+    ResultTable,
+    Row,
+    factor_columns,
+    interval_cells,
+    result_table,
+    why_no_interval,
+)
+from autd_trials.records.table import Column
+
+_DETECTABILITY = (
+    Column("d_prime", "z(hit rate) - z(false-alarm rate), log-linear correction."),
+    Column("standard_error", "Its standard error by the delta method."),
+    Column("criterion", "-(z(hit rate) + z(false-alarm rate)) / 2; positive: says felt rarely."),
+)
+_GROUP_DETECTABILITY = (
+    Column("d_prime", "Mean of the participants' d'."),
+    *ENDS,
+    Column("criterion", "Mean of the participants' criteria."),
+    Column("participants", "Number of participants who have a d' there."),
+)
+
+
+def detectability_tables(results: Results) -> tuple[ResultTable, ...]:
+    """Return d' over participants and of each."""
+    cells = factor_columns(results.trials.design.factors)
+    return (
+        result_table(
+            "detectability",
+            "d' and criterion in every condition, over participants.",
+            (*cells, *_GROUP_DETECTABILITY),
+            map(_group_detectability_row, results.group_detectability),
+            simulated=results.simulated,
+            or_else=NO_CATCH_TRIALS,
+        ),
+        result_table(
+            "detectability_by_participant",
+            "d' and criterion in every condition, of each participant.",
+            (PARTICIPANT, *cells, *_DETECTABILITY),
+            map(_detectability_row, results.detectability or ()),
+            simulated=results.simulated,
+            or_else=NO_CATCH_TRIALS,
+        ),
+    )
+
+
+def _detectability_row(found: Detectability) -> Row:
+    return {
+        "participant": found.participant,
+        **dict(found.condition),
+        "d_prime": found.d_prime,
+        "standard_error": found.standard_error,
+        "criterion": found.criterion,
+    }
+
+
+def _group_detectability_row(group: GroupDetectability) -> Row:
+    return {
+        **dict(group.condition),
+        "d_prime": group.d_prime,
+        **interval_cells(group.interval, DETECTABILITY_INTERVAL),
+        "criterion": group.criterion,
+        "participants": group.participants,
+        "notes": None if group.interval else why_no_interval(group.participants),
+    }
