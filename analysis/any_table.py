@@ -66,8 +66,8 @@ class TableRequest:
 def read_any_table(path: Path, request: TableRequest) -> Trials:
     """Read a table of single answers.
 
-    Without a column for trials every line is a trial of its own. Lines without an answer and interrupted ones
-    are kept but not counted, and said to be.
+    Without a column for trials every line is a trial of its own. Lines without an answer, interrupted ones
+    and practice are kept but not counted, and said to be.
 
     Parameters
     ----------
@@ -179,8 +179,8 @@ def _checked(
 def _row(where: str, cells: Mapping[str, str], number: int, factors: Sequence[StudyFactor]) -> TrialRow:
     trial_type = cells.get("trial_type") or "stimulus"
     status = cells.get("trial_status") or "complete"
-    if trial_type not in ("stimulus", "catch"):
-        raise UsageError(f"trial_type is {trial_type!r}", where=where, do="write stimulus or catch")
+    if trial_type not in ("stimulus", "catch", "practice"):
+        raise UsageError(f"trial_type is {trial_type!r}", where=where, do="write stimulus, catch or practice")
     if status not in ("complete", "interrupted"):
         raise UsageError(f"trial_status is {status!r}", where=where, do="write complete or interrupted")
     if not cells["participant"]:
@@ -213,9 +213,11 @@ def _answer(text: str, where: str) -> bool | None:
 
 def _level(factor: StudyFactor, text: str, trial_type: str, where: str) -> Level | None:
     if text.lower() in _MISSING:
-        if trial_type == "catch":
+        if trial_type != "stimulus":
             return None
-        raise UsageError(f"{factor.name} is missing", where=where, do="only catch trials may lack it")
+        raise UsageError(
+            f"{factor.name} is missing", where=where, do="only catch and practice trials may lack it"
+        )
     return factor.parse(text)
 
 

@@ -109,9 +109,12 @@ def _uncounted(rows: Rows) -> Iterator[str]:
     for table, its_rows in rows.items():
         name = table.name.removesuffix(TABLE_SUFFIX)
         interrupted = sum(row.trial_status == "interrupted" for row in its_rows)
+        practice = sum(row.trial_type == "practice" for row in its_rows)
         unanswered = sum(row.trial_status == "complete" and row.felt is None for row in its_rows)
         if interrupted:
             yield f"{name}: {interrupted} interrupted attempt(s) at a trial not counted"
+        if practice:
+            yield f"{name}: {practice} practice trial(s) not counted"
         if unanswered:
             yield f"{name}: {unanswered} complete trial(s) without an answer not counted"
 

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from analysis.adjustment import holm
 from analysis.design import Condition, Design, conditions
 from analysis.exact import Wilcoxon, bayes_factor, dz_interval, wilcoxon_test
 from analysis.intervals import Interval, t_interval
 from analysis.models.planned import MixedModelTest, mixed_model_test
-from analysis.paired import PairedT, SignFlip, holm, paired_t_test, sign_flip_test
+from analysis.paired import PairedT, SignFlip, paired_t_test, sign_flip_test
 from analysis.rates import ParticipantRate, marginal_rates
 from autd_trials.protocol.schema import Comparison, Level
 

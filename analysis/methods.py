@@ -49,6 +49,18 @@ METHODS: Mapping[str, str] = {
         "Where all or none were felt in a condition, half an answer of each kind is added to every condition "
         "(Firth's penalty)."
     ),
+    "interaction": (
+        "Interaction of a planned comparison with the other factor: Hotelling's T squared of participants' "
+        "differences, and exact sign flips of each participant's contrasts (squared length of their sum); "
+        "trend: least-squares slope of each participant's differences over octaves of the other factor, "
+        "paired t and exact sign-flip test. Not planned, not adjusted."
+    ),
+    "order_effects": (
+        "Checks of order: slopes of answers over the course of a session and of a block and from session to "
+        "session, and the correlation with the answer before, tested by 1999 shuffles of answers within "
+        "participant and condition (seed 1); order of blocks and carry-over by Welch's t test between those "
+        "who began with either."
+    ),
     "holm": (
         "Holm's adjustment over all planned comparisons together, for each of the three tests by itself; "
         "comparisons that could not be tested do not count."

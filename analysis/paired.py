@@ -1,4 +1,4 @@
-"""Tests of paired differences, one difference per participant, and Holm's adjustment.
+"""Tests of paired differences, one difference per participant.
 
 Differences are exact fractions (of rates k/n), so that ties and zeros are what they are and not what
 rounding makes of them.
@@ -118,33 +118,6 @@ def paired_t_test(differences: Sequence[Fraction]) -> PairedT | None:
     dz = float(statistics.mean(differences)) / statistics.stdev([float(d) for d in differences])
     t = dz * math.sqrt(n)
     return PairedT(t=t, df=n - 1, p=2 * float(stdtr(n - 1, -abs(t))), dz=dz)
-
-
-def holm(p_values: Sequence[float | None]) -> list[float | None]:
-    """Adjust a family of p values by Holm's step-down method.
-
-    Parameters
-    ----------
-    p_values
-        The family; None marks a test that could not be made. Such tests are left out before adjusting, so
-        they do not count towards the number of tests.
-
-    Returns
-    -------
-    list of float or None
-        Adjusted p values in the order given.
-
-    Notes
-    -----
-    S. Holm (1979), Scand. J. Stat. 6, 65-70.
-    """
-    made = sorted((p, place) for place, p in enumerate(p_values) if p is not None)
-    adjusted: list[float | None] = [None] * len(p_values)
-    largest = 0.0
-    for rank, (p, place) in enumerate(made):
-        largest = max(largest, min(1.0, (len(made) - rank) * p))
-        adjusted[place] = largest
-    return adjusted
 
 
 def as_integers(fractions: Sequence[Fraction]) -> tuple[list[int], int]:

@@ -6,6 +6,10 @@ from pathlib import Path
 from analysis.comparisons import ComparisonResult, planned_comparisons
 from analysis.detectability import Detectability, GroupDetectability, detectability
 from analysis.detectability import over_participants as mean_detectability
+from analysis.interaction import Interaction, Trend, interactions, trends
+from analysis.order_effects import OrderEffect, order_effects
+from analysis.pooled import WARNING as POOLED_WARNING
+from analysis.pooled import PooledTests, pooled_tests
 from analysis.rates import (
     ConditionRate,
     ParticipantRate,
@@ -34,6 +38,12 @@ class Results:
         The planned comparisons.
     detectability
         d' per participant; None without catch trials.
+    interactions, trends
+        Whether and how the compared differences depend on the other factor.
+    order_effects
+        Whether answers depend on when they were given.
+    pooled
+        Tests that take people for alike; None if they were not asked for.
     """
 
     trials: Trials
@@ -43,6 +53,10 @@ class Results:
     false_alarms: tuple[ConditionRate, ...] | None
     comparisons: tuple[ComparisonResult, ...]
     detectability: tuple[Detectability, ...] | None
+    interactions: tuple[Interaction, ...]
+    trends: tuple[Trend, ...]
+    order_effects: tuple[OrderEffect, ...]
+    pooled: tuple[PooledTests, ...] | None
 
     @property
     def group_detectability(self) -> tuple[GroupDetectability, ...]:
@@ -51,8 +65,8 @@ class Results:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader should know about the data."""
-        return self.trials.warnings
+        """What a reader should know about the data and the results."""
+        return (*self.trials.warnings, *((POOLED_WARNING,) if self.pooled else ()))
 
     @property
     def simulated(self) -> bool:
@@ -60,13 +74,15 @@ class Results:
         return self.trials.simulated
 
 
-def analyse(study: Path) -> Results:
+def analyse(study: Path, *, pooled: bool = False) -> Results:
     """Analyse a study.
 
     Parameters
     ----------
     study
         The study's folder.
+    pooled
+        Whether to make the pooled tests too, which are wrong where people differ.
 
     Returns
     -------
@@ -78,12 +94,13 @@ def analyse(study: Path) -> Results:
     UsageError
         As `analysis.trials.read_trials`.
     """
-    return results_of(read_trials(study))
+    return results_of(read_trials(study), pooled=pooled)
 
 
-def results_of(trials: Trials) -> Results:
+def results_of(trials: Trials, *, pooled: bool = False) -> Results:
     """Return all results of trials that were read."""
     rates = detection_rates(trials)
+    comparisons = planned_comparisons(rates, trials.design)
     false_alarms_by_block = false_alarm_rates(trials)
     false_alarms = _with_all_blocks(false_alarms_by_block)
     return Results(
@@ -92,8 +109,12 @@ def results_of(trials: Trials) -> Results:
         rates=over_participants(rates),
         participant_false_alarms=false_alarms,
         false_alarms=None if false_alarms is None else over_participants(false_alarms),
-        comparisons=planned_comparisons(rates, trials.design),
+        comparisons=comparisons,
         detectability=detectability(rates, false_alarms_by_block),
+        interactions=interactions(comparisons),
+        trends=trends(comparisons),
+        order_effects=order_effects(trials),
+        pooled=pooled_tests(rates, comparisons) if pooled else None,
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from analysis.comparisons import ComparisonResult
 from analysis.design import describe_condition
+from analysis.order_effects import OrderEffect
 from analysis.rates import ConditionRate
 from analysis.study import Results
 from analysis.wording import compared_label, difference_label, format_interval, format_p, format_rate
@@ -32,6 +33,8 @@ def plain_words(results: Results) -> str:
             *_false_alarm_lines(results),
             "",
             *_comparison_lines(results.comparisons),
+            *_interaction_lines(results),
+            *_order_lines(results.order_effects),
             *_warning_lines(results.warnings),
         ]
     )
@@ -110,6 +113,35 @@ def _tests(result: ComparisonResult) -> Iterator[str]:
             f"chi2(1) = {test.statistic:.2f}, {_p(test.p)} (Holm {format_p(result.mixed_model_holm)})"
         )
     yield from result.notes
+
+
+def _interaction_lines(results: Results) -> Iterator[str]:
+    for found in results.interactions:
+        tests = []
+        if found.f is not None and found.df is not None and found.f_p is not None:
+            tests.append(f"F({found.df[0]}, {found.df[1]}) = {found.f:.2f}, {_p(found.f_p)}")
+        if found.sign_flip_p is not None:
+            tests.append(f"sign-flip {_p(found.sign_flip_p)}")
+        yield f"  the same at all {found.over}? {'; '.join(tests) or 'not testable'} (not adjusted)"
+    for trend in results.trends:
+        test = f", {_p(trend.paired_t.p)}" if trend.paired_t else ""
+        yield (
+            f"  per {trend.unit} of {trend.over} the difference changes by {format_rate(trend.mean)} "
+            f"{format_interval(trend.interval)}{test} (not adjusted)"
+        )
+
+
+def _order_lines(effects: Sequence[OrderEffect]) -> Iterator[str]:
+    yield ""
+    yield "Order effects (checks, not adjusted):"
+    for effect in effects:
+        if effect.estimate is None:
+            continue
+        test = f", {_p(effect.p)}" if effect.p is not None else ", not testable"
+        yield (
+            f"  {effect.name}: {effect.about} {format_rate(effect.estimate)} "
+            f"{format_interval(effect.interval)}{test}"
+        )
 
 
 def _p(p: float) -> str:

@@ -35,8 +35,8 @@ class TrialRow:
 
     @property
     def used(self) -> bool:
-        """Whether the analysis counts it: complete and answered."""
-        return self.trial_status == "complete" and self.felt is not None
+        """Whether the analysis counts it: complete, answered, and no practice."""
+        return self.trial_status == "complete" and self.felt is not None and self.trial_type != "practice"
 
 
 def read_trial_table(table: Path, factors: Sequence[StudyFactor]) -> tuple[TrialRow, ...]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from analysis.comparisons import ComparisonResult
-from analysis.design import describe_condition, format_level
+from analysis.design import Condition, describe_condition, format_level
 from analysis.intervals import Interval
 from autd_trials.protocol.schema import Level
 
@@ -22,6 +22,11 @@ def factor_label(name: str) -> str:
 def level_label(level: Level) -> str:
     """Return a level for a figure: ``inner_outer`` as ``inner + outer``."""
     return format_level(level).replace("_", " + ")
+
+
+def levels_text(condition: Condition) -> str | None:
+    """Return a condition for a table's cell, as in ``modulation_hz 25; clothing inner``; None if empty."""
+    return "; ".join(f"{name} {format_level(level)}" for name, level in condition) or None
 
 
 def comparison_names(results: Sequence[ComparisonResult]) -> list[str]:

@@ -1,10 +1,10 @@
-"""Logistic mixed models: random effects per participant, by adaptive Gauss-Hermite quadrature or Laplace.
+"""Mixed models of answers: random effects per participant, by adaptive Gauss-Hermite quadrature or Laplace.
 
-Answers of participant g in a row (a condition): y of n felt, logit of the probability x'b + z'L u with u
-standard normal and L a lower triangular factor of the random effects' covariance. The likelihood integrates
-over u. With the nodes of the quadrature at the mode of each participant's posterior, scaled by its curvature,
-the sums also give the exact score and information of the likelihood (Louis, 1982), as the logit is linear in
-b and L given u. So plain Newton steps do.
+Answers of participant g in a row (a condition): y of n felt, logit (or probit) of the probability x'b + z'L u
+with u standard normal and L a lower triangular factor of the random effects' covariance. The likelihood
+integrates over u. With the nodes of the quadrature at the mode of each participant's posterior, scaled by its
+curvature, the sums also give the exact score and information of the likelihood (Louis, 1982), as the predictor
+is linear in b and L given u. So plain Newton steps do.
 """
 
 import math
@@ -13,6 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from analysis.models.links import LOGIT, Link
 
 Array = NDArray[np.float64]
 
@@ -61,7 +63,7 @@ class GlmmFit:
     Attributes
     ----------
     coefficients
-        Fixed effects in logits, shape (p,).
+        Fixed effects in units of the link (logits), shape (p,).
     covariance
         Of the fixed effects, shape (p, p), from the observed information of all parameters.
     factor
@@ -86,13 +88,13 @@ class GlmmFit:
 
     @property
     def standard_deviations(self) -> Array:
-        """Standard deviations of the random effects in logits."""
+        """Standard deviations of the random effects in units of the link."""
         deviations: Array = np.sqrt(np.diag(self.factor @ self.factor.T))
         return deviations
 
 
-def fit_glmm(rows: BinomialRows, nodes: int = DEFAULT_NODES) -> GlmmFit:
-    """Fit a logistic mixed model by maximum likelihood.
+def fit_glmm(rows: BinomialRows, nodes: int = DEFAULT_NODES, link: Link = LOGIT) -> GlmmFit:
+    """Fit a mixed model by maximum likelihood.
 
     Parameters
     ----------
@@ -100,13 +102,15 @@ def fit_glmm(rows: BinomialRows, nodes: int = DEFAULT_NODES) -> GlmmFit:
         The answers.
     nodes
         Nodes of the quadrature per random effect; 1 for Laplace's approximation.
+    link
+        Logit or probit.
 
     Returns
     -------
     GlmmFit
         The estimates. Where answers are separated estimates grow without bound: `converged` is then False.
     """
-    model = _Model(rows, nodes)
+    model = _Model(rows, nodes, link)
     start = model.start()
     if nodes == 1:
         return _result(model, *_climb_laplace(model, start))
@@ -124,7 +128,8 @@ def likelihood_ratio(full: GlmmFit, reduced: GlmmFit, df: int) -> tuple[float, f
 class _Model:
     """The rows by participant, padded with rows without trials, and the likelihood's derivatives."""
 
-    def __init__(self, rows: BinomialRows, nodes: int) -> None:
+    def __init__(self, rows: BinomialRows, nodes: int, link: Link) -> None:
+        self.link = link
         groups = int(rows.participant.max()) + 1
         counts = np.bincount(rows.participant, minlength=groups)
         longest = int(counts.max())
@@ -148,10 +153,10 @@ class _Model:
         self._modes = np.zeros((groups, self.q))
 
     def start(self) -> Array:
-        """Return least-squares coefficients of empirical logits, and standard deviations of 0.7."""
+        """Return least-squares coefficients of empirical predictors, and standard deviations of 0.7."""
         seen = self.trials > 0
-        logits = np.log((self.felt + 0.5) / (self.trials - self.felt + 0.5))
-        beta = np.linalg.lstsq(self.fixed[seen], logits[seen], rcond=None)[0]
+        predictors = self.link.predictor((self.felt + 0.5) / (self.trials + 1))
+        beta = np.linalg.lstsq(self.fixed[seen], predictors[seen], rcond=None)[0]
         return np.concatenate([beta, 0.7 * np.eye(self.q)[self.lower]])
 
     def refine(self) -> bool:
@@ -176,17 +181,17 @@ class _Model:
         """Return the marginal log likelihood, its gradient, and the observed information."""
         values, weights, places = self._integrate(parameters)
         groups, count, _ = places.shape
-        logits = self._logits(parameters, places)
-        means = _expit(logits)
-        # how logits move with the parameters: x, and z times u for each entry of the factor
+        predictors = self._predictors(parameters, places)
+        felt, trials = self.felt[:, None], self.trials[:, None]
+        slopes, curvatures = self.link.derivatives(felt, trials, predictors)
+        # how predictors move with the parameters: x, and z times u for each entry of the factor
         columns = np.empty((groups, count, self.fixed.shape[1], self.p + len(self.lower[0])))
         columns[..., : self.p] = self.fixed[:, None]
         rows_of, columns_of = self.lower
         columns[..., self.p :] = self.random[:, None][..., rows_of] * places[:, :, None, :][..., columns_of]
-        misses = self.felt[:, None] - self.trials[:, None] * means
-        scores = np.einsum("gkr,gkrj->gkj", misses, columns)
+        scores = np.einsum("gkr,gkrj->gkj", slopes, columns)
         gradient_of = np.einsum("gk,gkj->gj", weights, scores)
-        spread = weights[..., None] * self.trials[:, None] * means * (1 - means)
+        spread = weights[..., None] * curvatures
         flat = columns.reshape(-1, columns.shape[-1])
         information = flat.T @ (spread.reshape(-1, 1) * flat)
         information -= np.einsum("gk,gki,gkj->ij", weights, scores, scores, optimize=True)
@@ -201,9 +206,8 @@ class _Model:
         modes, curvature = self._find_modes(base, effects)
         scale = np.linalg.inv(np.linalg.cholesky(curvature)).transpose(0, 2, 1)
         places = modes[:, None] + np.einsum("gij,kj->gki", scale, self.points)
-        logits = base[:, None] + np.einsum("grq,gkq->gkr", effects, places)
-        logs = np.einsum("gr,gkr->gk", self.felt, logits)
-        logs -= np.einsum("gr,gkr->gk", self.trials, np.logaddexp(0, logits))
+        predictors = base[:, None] + np.einsum("grq,gkq->gkr", effects, places)
+        logs = self.link.log_likelihood(self.felt[:, None], self.trials[:, None], predictors).sum(axis=2)
         logs += self.log_weights + 0.5 * (self.points**2).sum(axis=1) - 0.5 * (places**2).sum(axis=2)
         largest = logs.max(axis=1, keepdims=True)
         shares = np.exp(logs - largest)
@@ -211,18 +215,19 @@ class _Model:
         values = (largest + np.log(totals))[:, 0] + np.log(np.abs(np.linalg.det(scale)))
         return values, shares / totals, places
 
-    def _logits(self, parameters: Array, places: Array) -> Array:
+    def _predictors(self, parameters: Array, places: Array) -> Array:
         beta, factor = self.split(parameters)
-        logits: Array = (self.fixed @ beta)[:, None] + np.einsum("grq,gkq->gkr", self.random @ factor, places)
-        return logits
+        effects = np.einsum("grq,gkq->gkr", self.random @ factor, places)
+        predictors: Array = (self.fixed @ beta)[:, None] + effects
+        return predictors
 
     def _find_modes(self, base: Array, effects: Array) -> tuple[Array, Array]:
         """Return the modes of the participants' posteriors of u, and the curvature there."""
         modes = self._modes
         for _ in range(_MODE_STEPS):
-            means = _expit(base + np.einsum("grq,gq->gr", effects, modes))
-            slope = np.einsum("grq,gr->gq", effects, self.felt - self.trials * means) - modes
-            spread = self.trials * means * (1 - means)
+            predictors = base + np.einsum("grq,gq->gr", effects, modes)
+            slopes, spread = self.link.derivatives(self.felt, self.trials, predictors)
+            slope = np.einsum("grq,gr->gq", effects, slopes) - modes
             curvature = np.einsum("gri,gr,grj->gij", effects, spread, effects) + np.eye(self.q)
             step = np.linalg.solve(curvature, slope[..., None])[..., 0]
             step *= np.minimum(1.0, 3.0 / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-12))
@@ -325,10 +330,3 @@ def _hermite(nodes: int, dimensions: int) -> tuple[Array, Array]:
         *[np.log(w) - 0.5 * math.log(2 * math.pi)] * dimensions, indexing="ij"
     )
     return np.stack([g.ravel() for g in grids], axis=1), np.sum([w.ravel() for w in weights], axis=0)
-
-
-def _expit(logits: Array) -> Array:
-    from scipy.special import expit
-
-    probabilities: Array = expit(logits)
-    return probabilities

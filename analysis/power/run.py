@@ -208,7 +208,7 @@ def _mixed_model_p(model: StudyModel, counts: Counts, contrast: PlannedContrast)
 
 
 def _holm(p: Array) -> Array:
-    """Adjust over the contrasts of every test and study, as `analysis.paired.holm` does for one family."""
+    """Adjust over the contrasts of every test and study; `analysis.adjustment.holm` does one family."""
     order = np.argsort(p, axis=-1)  # NaN last
     ascending = np.take_along_axis(p, order, axis=-1)
     made = (~np.isnan(p)).sum(axis=-1, keepdims=True)

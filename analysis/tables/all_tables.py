@@ -3,6 +3,8 @@
 from analysis.study import Results
 from analysis.tables.comparisons import comparison_table
 from analysis.tables.detectability import detectability_tables
+from analysis.tables.more_comparisons import more_comparison_tables
+from analysis.tables.order_effects import order_effect_table
 from analysis.tables.rates import rate_tables
 from analysis.tables.table import ResultTable
 
@@ -20,4 +22,10 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
     tuple of ResultTable
         The same tables for every study; what is undefined is said in a row of its own.
     """
-    return (*rate_tables(results), comparison_table(results), *detectability_tables(results))
+    return (
+        *rate_tables(results),
+        comparison_table(results),
+        *more_comparison_tables(results),
+        *detectability_tables(results),
+        order_effect_table(results),
+    )

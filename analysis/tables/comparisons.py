@@ -4,6 +4,7 @@ from analysis.comparisons import DIFFERENCE_INTERVAL, ComparisonResult
 from analysis.design import format_level
 from analysis.study import Results
 from analysis.tables.table import ENDS, ResultTable, Row, interval_cells, iterated, result_table
+from analysis.wording import levels_text
 from autd_trials.records.table import Column
 
 _COMPARISON = (
@@ -62,7 +63,7 @@ def _comparison_row(result: ComparisonResult) -> Row:
         "factor": result.factor,
         "first": format_level(result.first),
         "second": format_level(result.second),
-        "at": "; ".join(f"{name} {format_level(level)}" for name, level in result.at) or None,
+        "at": levels_text(result.at),
         "participants": result.participants,
         "mean_difference": result.mean,
         "sd_difference": result.sd,

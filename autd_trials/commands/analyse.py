@@ -42,6 +42,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of a table: two levels, at each level of another factor; may be repeated",
     )
     parser.add_argument(
+        "--pooled",
+        action="store_true",
+        help="also make tests that pool answers over participants; they are wrong where people differ",
+    )
+    parser.add_argument(
         "--out", type=Path, help="where results go (STUDY/derivatives/analysis, TABLE-analysis)"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
@@ -76,14 +81,14 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
         comparisons = tuple(_comparison(each) for each in options.compare)
         trials = read_any_table(options.study, TableRequest(columns, levels, comparisons))
         beside = options.study.with_name(f"{options.study.stem}-analysis")
-        return results_of(trials), options.out or beside
+        return results_of(trials, pooled=options.pooled), options.out or beside
     if options.columns or options.levels or options.compare:
         raise UsageError(
             "--columns, --levels and --compare are for tables; a study's protocol says what is what",
             where=str(options.study),
             do="leave them out, or give a CSV or TSV file",
         )
-    results = analyse(options.study)
+    results = analyse(options.study, pooled=options.pooled)
     say(f"data set: {options.study}")
     return results, options.out or analysis_folder(options.study)
 

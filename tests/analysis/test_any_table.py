@@ -84,6 +84,15 @@ def test_a_tsv_with_catch_trials_sessions_and_interrupted_trials(tmp_path: Path)
     assert results.detectability is not None
 
 
+def test_practice_is_kept_apart_and_said_to_be(tmp_path: Path) -> None:
+    practice = [f"p{person},1,inner,25,practice" for person in range(4)]
+    rows = [f"{line},stimulus" for line in lines()] + practice + ["p0,0,n/a,n/a,practice"]
+    columns = {**COLUMNS, "trial_type": "kind"}
+    trials = read(tmp_path, rows, header="pid,felt,cloth,freq,kind", columns=columns)
+    assert int(trials.table["used"].sum()) == len(lines())
+    assert "trials.csv: 5 practice trial(s) not counted" in trials.warnings
+
+
 def test_missing_cells_are_told(tmp_path: Path) -> None:
     trials = read(tmp_path, [row for row in lines() if row[:2] != "p2" or "both" not in row])
     assert any("p2 has no counted stimulus in: clothing both" in warning for warning in trials.warnings)
