@@ -1,10 +1,10 @@
 """Mixed models of answers: random effects per participant, by adaptive Gauss-Hermite quadrature or Laplace.
 
-Answers of participant g in a row (a condition): y of n felt, logit (or probit) of the probability x'b + z'L u
+Answers of participant g in a row (a condition): y of n felt, logit (or probit) of the probability x'b + z'Lu
 with u standard normal and L a lower triangular factor of the random effects' covariance. The likelihood
 integrates over u. With the nodes of the quadrature at the mode of each participant's posterior, scaled by its
-curvature, the sums also give the exact score and information of the likelihood (Louis, 1982), as the predictor
-is linear in b and L given u. So plain Newton steps do.
+curvature, the sums also give the exact score and information of the likelihood (Louis, 1982), because the
+predictor is linear in b and L given u. So plain Newton steps do.
 """
 
 import math
