@@ -42,11 +42,14 @@ def _refuse_unsafe(study: "Study", plan: "Plan") -> float | None:
     from autd_trials.clock import VirtualClock
     from autd_trials.rig.build import Builder
     from autd_trials.session.devices import array_stimulus
+    from autd_trials.session.tracks import possible_stimuli
 
     clock = VirtualClock(datetime.now(UTC))
     array = Builder(study.loaded_rig, study.protocol, clock, virtual=True).array()
     stimuli = [array_stimulus(study.protocol, trial) for trial in plan.trials]
     array.check(stimuli)
+    for stimulus in possible_stimuli(study.protocol, plan.trials):
+        array.check([stimulus])
     array.open()
     levels = [array.arm(stimulus).ear_level_db for stimulus in dict.fromkeys(stimuli)]
     return max((level for level in levels if level is not None), default=None)

@@ -77,7 +77,8 @@ def resume(study: Study, choices: Choices, found: StudySession) -> Started:
         log = stack.enter_context(take_up(found))
         recorder = Recorder(log, here.clock, offset_s=offset_s, listeners=here.listeners)
         _record_resume(recorder, study, here, found, devices)
-        _run(here, recorder, start.protocol, start.plan, Standing(progress.complete, progress.attempts))
+        standing = Standing(progress.complete, progress.attempts, progress.answers)
+        _run(here, recorder, start.protocol, start.plan, standing)
         return Started(found.paths.participant, found.paths.session, found.paths.log)
 
 

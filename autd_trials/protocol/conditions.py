@@ -1,14 +1,29 @@
 """The conditions that a protocol's factors span, and where in the protocol each value stands."""
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
+from typing import Protocol as Interface
 
 if TYPE_CHECKING:
     from autd_trials.protocol.schema import Factor, Level, Protocol
 
 Location = tuple[str | int, ...]
 """Keys and indices from the protocol to a value."""
+
+
+class HasLevels(Interface):
+    """A factor, or the ends of what an adaptive method varies."""
+
+    @property
+    def levels(self) -> Sequence["Level"]:
+        """What it may be."""
+
+
+@dataclass(frozen=True)
+class _Ends:
+    levels: tuple[float, float]
 
 
 def level_text(level: "Level") -> str:
@@ -20,7 +35,7 @@ def level_text(level: "Level") -> str:
     return str(int(level)) if isinstance(level, float) and level.is_integer() else str(level)
 
 
-def combinations(factors: Mapping[str, "Factor"]) -> Iterator[dict[str, "Level"]]:
+def combinations(factors: Mapping[str, HasLevels]) -> Iterator[dict[str, "Level"]]:
     """Yield every combination of the factors' levels in declared order; one empty one without factors."""
     for levels in itertools.product(*(factor.levels for factor in factors.values())):
         yield dict(zip(factors, levels, strict=True))
@@ -31,19 +46,38 @@ def all_factors(protocol: "Protocol") -> dict[str, "Factor"]:
     return {**protocol.factors.within_block, **protocol.factors.between_blocks}
 
 
-def factor_location(protocol: "Protocol", name: str) -> Location:
-    """Return where a factor is declared."""
+def names_varied(protocol: "Protocol") -> tuple[str, ...]:
+    """Return the names of all factors, and behind them what an adaptive method varies."""
+    names = dict.fromkeys(all_factors(protocol))
+    return (*names,) if protocol.method is None else (*(names | {protocol.method.varies: None}),)
+
+
+def fields_varied(protocol: "Protocol") -> dict[str, HasLevels]:
+    """Return all factors and, of what an adaptive method varies, the ends: as they are, so is all between."""
+    factors: dict[str, HasLevels] = {**all_factors(protocol)}
+    method = protocol.method
+    return factors if method is None else {method.varies: _Ends(method.range.ends), **factors}
+
+
+def level_location(protocol: "Protocol", name: str, level: "Level") -> Location:
+    """Return where a level of a factor, or an end of what a method varies, is declared."""
+    factor = all_factors(protocol).get(name)
+    if factor is None:
+        largest = protocol.method is not None and level == protocol.method.range.largest
+        return ("method", "range", "largest" if largest else "smallest")
     place = "within_block" if name in protocol.factors.within_block else "between_blocks"
-    return ("factors", place, name)
+    return ("factors", place, name, "levels", factor.levels.index(level))
 
 
 def values(protocol: "Protocol", field: str) -> list[tuple[Location, "Level"]]:
-    """Return the values that a field of the stimulus takes in the protocol, each with its place."""
-    factor = all_factors(protocol).get(field)
-    if factor is None:
+    """Return the values that a field of the stimulus takes in the protocol, each with its place.
+
+    Of what an adaptive method varies these are the ends.
+    """
+    varied = fields_varied(protocol).get(field)
+    if varied is None:
         return [(("stimulus", field), getattr(protocol.stimulus, field))]
-    location = factor_location(protocol, field)
-    return [((*location, "levels", index), level) for index, level in enumerate(factor.levels)]
+    return [(level_location(protocol, field, level), level) for level in varied.levels]
 
 
 def numbers(protocol: "Protocol", field: str) -> list[tuple[Location, float]]:

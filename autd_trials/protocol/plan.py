@@ -6,7 +6,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict
 
 from autd_trials.errors import UsageError
-from autd_trials.protocol.conditions import all_factors, combinations, level_text
+from autd_trials.protocol.conditions import combinations, level_text, names_varied
 from autd_trials.protocol.latin_square import balanced_rows
 from autd_trials.protocol.order import random_order
 from autd_trials.protocol.randomness import Draws
@@ -27,7 +27,8 @@ class PlannedTrial(_Frozen):
     """One trial.
 
     `conditions` holds every factor by name; a within-block factor is None on a catch trial. A catch trial's
-    `stimulus` has drive 0, so that the host does exactly the same for it.
+    `stimulus` has drive 0, so that the host does exactly the same for it. What an adaptive method will choose
+    is None in `conditions`, and at its largest level in `stimulus`.
     """
 
     trial: int
@@ -194,7 +195,7 @@ def _trial(
         trial=number,
         block=block.block,
         trial_type="catch" if kind is None else "stimulus",
-        conditions={name: levels.get(name) for name in all_factors(protocol)},
+        conditions={name: levels.get(name) for name in names_varied(protocol)},
         stimulus=stimulus.model_copy(update={"drive": 0.0}) if kind is None else stimulus,
         pause_before_s=pause_before_s,
     )

@@ -12,7 +12,8 @@ from autd_trials.protocol.conditions import (
     Location,
     all_factors,
     combinations,
-    factor_location,
+    fields_varied,
+    level_location,
     level_text,
     values,
 )
@@ -34,6 +35,7 @@ def protocol_faults(protocol: "Protocol") -> Iterator[InitErrorDetails]:
         yield from levels or safety_faults(protocol)
         yield from _run_length_faults(protocol)
     yield from _target_faults(protocol)
+    yield from _method_faults(protocol)
     for index, comparison in enumerate(protocol.comparisons):
         yield from _comparison_faults(protocol, comparison, ("comparisons", index))
 
@@ -67,7 +69,7 @@ def _condition_faults(protocol: "Protocol") -> Iterator[InitErrorDetails]:
     """Yield levels, and combinations of levels, that the stimulus does not allow, each once."""
     told: set[tuple[Location, str]] = set()
     fields = type(protocol.stimulus).model_fields
-    varied = {name: factor for name, factor in all_factors(protocol).items() if name in fields}
+    varied = {name: levels for name, levels in fields_varied(protocol).items() if name in fields}
     for conditions in combinations(varied):
         try:
             protocol.stimulus_for(conditions)
@@ -77,6 +79,14 @@ def _condition_faults(protocol: "Protocol") -> Iterator[InitErrorDetails]:
                 if (location, detail["msg"]) not in told:
                     told.add((location, detail["msg"]))
                     yield _moved(detail, location)
+
+
+def _method_faults(protocol: "Protocol") -> Iterator[InitErrorDetails]:
+    if protocol.method is None:
+        return
+    varies = protocol.method.varies
+    if varies in all_factors(protocol):
+        yield fault(("method", "varies"), f"{varies!r} is a factor already; only one can choose its level")
 
 
 def _moved(detail: ErrorDetails, location: Location) -> InitErrorDetails:
@@ -142,5 +152,4 @@ def _location(protocol: "Protocol", field: str, conditions: Mapping[str, "Level"
     """Return where a field of the stimulus gets its value from under some conditions."""
     if field not in conditions:
         return ("stimulus", field)
-    level = all_factors(protocol)[field].levels.index(conditions[field])
-    return (*factor_location(protocol, field), "levels", level)
+    return level_location(protocol, field, conditions[field])

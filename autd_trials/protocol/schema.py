@@ -5,16 +5,17 @@ does not change after it was loaded. What single fields cannot say of each other
 """
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field
 from pydantic_core import InitErrorDetails
 
 from autd_trials.protocol import checks, protocol_checks
+from autd_trials.protocol.method import Method
+from autd_trials.protocol.model import Fraction, Model
 
 Waveform = Literal["sine", "square", "constant"]
 ForceLaw = Literal["amplitude", "pressure"]
-Fraction = Annotated[float, Field(ge=0, le=1)]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
 Text = Annotated[str, Field(pattern=r"\S", max_length=10_000)]
 Word = Annotated[
@@ -24,22 +25,6 @@ Level = float | Word
 """A factor's level: a number (of a stimulus quantity) or a word (a condition that a person arranges)."""
 LevelSentences = dict[Annotated[str, Field(max_length=40)], Text]
 Coordinate = Annotated[float, Field(ge=-10_000, le=10_000)]
-
-
-class Model(BaseModel):
-    """Base of all protocol models: frozen, strict, no unknown keys, no NaN."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield what is wrong between the fields, located at the field to be mended."""
-        yield from ()
-
-    @model_validator(mode="after")
-    def _refuse_faults(self) -> Self:
-        if faults := list(self.faults()):
-            raise ValidationError.from_exception_data(type(self).__name__, faults)
-        return self
 
 
 class Target(Model):
@@ -217,6 +202,10 @@ class Protocol(Model):
     )
     stimulus: StimulusSpec = Field(description="The stimulus, where no factor says otherwise.")
     factors: Factors = Field(description="What is varied.")
+    method: Method | None = Field(
+        None,
+        description="An adaptive method that chooses the level of one quantity; absent: constant stimuli.",
+    )
     repetitions: int = Field(ge=1, le=1000, description="Stimuli of each kind in each block.")
     catch_trials_per_block: int = Field(0, ge=0, le=1000, description="Trials without a stimulus.")
     order: Order = Field(Order(), description="In which order blocks and trials come.")
@@ -236,6 +225,8 @@ class Protocol(Model):
     def stimulus_for(self, conditions: Mapping[str, Level]) -> StimulusSpec:
         """Return the stimulus with the fields that conditions name replaced.
 
+        What an adaptive method chooses stands at its largest level, unless conditions name it.
+
         Parameters
         ----------
         conditions
@@ -247,6 +238,8 @@ class Protocol(Model):
             A level is none that its field allows.
         """
         fields = self.stimulus.model_dump()
+        if self.method is not None:
+            fields[self.method.varies] = self.method.range.largest
         return StimulusSpec.model_validate(
             fields | {key: conditions[key] for key in fields.keys() & conditions}
         )

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from autd_trials.adaptive.answers import Answer
 from autd_trials.protocol.plan import PlannedTrial
 from autd_trials.records.log import LogContents
 from autd_trials.session.events import Event, Resume, SessionEnd, StimulusStart, TrialEnd, TrialStart
@@ -24,6 +25,8 @@ class Progress:
         Numbers of the trials that are complete.
     attempts
         Highest attempt so far of each trial that was started.
+    answers
+        By trial, the answers to stimuli whose level an adaptive method chose.
     open_trial
         Trial and attempt that were started and never ended: the crash came in it.
     remaining
@@ -38,6 +41,7 @@ class Progress:
     why: str
     complete: frozenset[int]
     attempts: Mapping[int, int]
+    answers: Mapping[int, Answer]
     open_trial: tuple[int, int] | None
     remaining: tuple[PlannedTrial, ...]
     exposure_s: float
@@ -64,6 +68,7 @@ def progress_of(log: LogContents) -> Progress:
         why=why,
         complete=complete,
         attempts=_attempts(log.events),
+        answers=_answers(log),
         open_trial=_open_trial(log.events),
         remaining=tuple(trial for trial in log.start.plan.trials if trial.trial not in complete),
         exposure_s=sum(e.exposure_s for e in log.events if isinstance(e, StimulusStart)),
@@ -87,6 +92,22 @@ def _attempts(events: tuple[Event, ...]) -> dict[int, int]:
         if isinstance(event, TrialStart | StimulusStart | TrialEnd):
             attempts[event.trial] = max(event.attempt, attempts.get(event.trial, 0))
     return attempts
+
+
+def _answers(log: LogContents) -> dict[int, Answer]:
+    method = log.start.protocol.method
+    if method is None:
+        return {}
+    levels = {
+        (event.trial, event.attempt): event.conditions.get(method.varies)
+        for event in log.events
+        if isinstance(event, TrialStart)
+    }
+    ends = (e for e in log.events if isinstance(e, TrialEnd) and e.status == "complete")
+    found = ((end, levels.get((end.trial, end.attempt))) for end in ends)
+    return {
+        end.trial: Answer(level, end.response == "felt") for end, level in found if isinstance(level, float)
+    }
 
 
 def _open_trial(events: tuple[Event, ...]) -> tuple[int, int] | None:

@@ -134,12 +134,15 @@ class _Attempt:
     planned: PlannedTrial
     number: int
     began_t_s: float
+    start: TrialStart | None = None
     stimulus: StimulusStart | None = None
     end: TrialEnd | None = None
     presses: list[str] = field(default_factory=list)
 
     def take(self, event: Event) -> None:
-        if isinstance(event, StimulusStart):
+        if isinstance(event, TrialStart):
+            self.start = event
+        elif isinstance(event, StimulusStart):
             self.stimulus = event
         elif isinstance(event, TrialEnd):
             self.end = event
@@ -158,7 +161,7 @@ class _Attempt:
             "attempt": self.number,
             "trial_status": "complete" if complete else "interrupted",
             "drive": self.planned.stimulus.drive,
-            **self.planned.conditions,
+            **(self.start.conditions if self.start else self.planned.conditions),
             "response": end.response if end else None,
             "response_time": to_us(end.response_time_s) if end else None,
             "onset_lateness": to_us(stimulus.onset_t_s - stimulus.planned_onset_t_s) if stimulus else None,
@@ -187,6 +190,9 @@ def _factors(protocol: Protocol) -> Iterable[tuple[str, Factor, str]]:
         yield name, factor, "varied from trial to trial"
     for name, factor in protocol.factors.between_blocks.items():
         yield name, factor, "varied from block to block"
+    if protocol.method is not None:
+        levels = Factor(levels=protocol.method.levels)
+        yield protocol.method.varies, levels, "chosen by the adaptive method from the answers before"
 
 
 def _factor_column(name: str, factor: Factor, where: str) -> Column:

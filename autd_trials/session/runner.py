@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from autd_trials.adaptive.answers import Answer
 from autd_trials.array.driver import Exposure
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError, StoppedByPerson, TrialsError
@@ -15,7 +16,8 @@ from autd_trials.session.operator import Operator
 from autd_trials.session.presses import PressBook
 from autd_trials.session.recorder import Recorder
 from autd_trials.session.silence import silence
-from autd_trials.session.trial import TrialRunner
+from autd_trials.session.tracks import Tracks, possible_stimuli
+from autd_trials.session.trial import Ended, TrialRunner
 from autd_trials.session.watch import RESUME_ADVICE, Watch
 
 _MASKER_LEAD_S = 2.0
@@ -24,10 +26,14 @@ _MASKER_LEAD_S = 2.0
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a session stands: the trials that are complete, and how often each was attempted."""
+    """Where a session stands: the trials that are complete, and how often each was attempted.
+
+    `answers` are, by trial, those to stimuli whose level an adaptive method chose.
+    """
 
     complete: frozenset[int] = frozenset()
     attempts: Mapping[int, int] = field(default_factory=dict)
+    answers: Mapping[int, Answer] = field(default_factory=dict)
 
 
 class SessionRunner:
@@ -71,6 +77,7 @@ class SessionRunner:
         self._attempts = dict(standing.attempts)
         self._to_do = [trial for trial in plan.trials if trial.trial not in standing.complete]
         self._blocks = plan.blocks
+        self._tracks = Tracks(protocol.method, plan, standing.answers)
         self._masker_started = False
         presses = PressBook(recorder)
         self._watch = Watch(devices, operator, clock, interrupts, recorder, presses)
@@ -99,6 +106,8 @@ class SessionRunner:
 
     def _run_blocks(self) -> None:
         self._devices.array.check([array_stimulus(self._protocol, trial) for trial in self._to_do])
+        for stimulus in possible_stimuli(self._protocol, self._to_do):
+            self._devices.array.check([stimulus])
         self._operator.read_out(self._protocol.instructions)
         for number, (block, trials) in enumerate(self._blocks_to_do()):
             if number > 0:
@@ -126,23 +135,26 @@ class SessionRunner:
         for trial in trials:
             ready_s = self._complete(trial, ready_s)
 
-    def _complete(self, trial: PlannedTrial, ready_s: float | None) -> float:
+    def _complete(self, planned: PlannedTrial, ready_s: float | None) -> float:
         """Attempt a trial until it is complete; return the end of its response window on the host's clock.
 
         `ready_s` is when the trial before ended; None asks for a lead-in first.
         """
+        trial = self._tracks.at_its_level(planned)
         while True:
             try:
                 onset_s = (self._lead_in() if ready_s is None else ready_s) + trial.pause_before_s
                 exposure = self._trials.arm(trial, onset_s)
                 if not self._interrupts.pause_requested:
-                    return self._run_armed(trial, onset_s, exposure)
+                    ended = self._run_armed(trial, onset_s, exposure)
+                    self._tracks.take_in(trial, felt=ended.felt)
+                    return ended.window_end_s
                 self._pause("asked by the experimenter")
             except DeviceError as fault:
                 self._pause_for(fault)
             ready_s = None
 
-    def _run_armed(self, trial: PlannedTrial, onset_s: float, exposure: Exposure) -> float:
+    def _run_armed(self, trial: PlannedTrial, onset_s: float, exposure: Exposure) -> Ended:
         attempt = self._attempts.get(trial.trial, 0) + 1
         self._attempts[trial.trial] = attempt
         return self._trials.run(trial, attempt, onset_s, exposure)

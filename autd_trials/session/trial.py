@@ -22,6 +22,14 @@ _GRACE_S = 0.02
 
 
 @dataclass(frozen=True)
+class Ended:
+    """How a complete trial ended: when its window did, on the host's clock, and whether it was felt."""
+
+    window_end_s: float
+    felt: bool
+
+
+@dataclass(frozen=True)
 class TrialRunner:
     """Runs single attempts of trials with a session's devices."""
 
@@ -46,8 +54,8 @@ class TrialRunner:
         self.watch.until(onset_s - self.devices.array.lead_s - _RESERVE_S, pausable=True)
         return exposure
 
-    def run(self, trial: PlannedTrial, attempt: int, onset_s: float, exposure: Exposure) -> float:
-        """Run the armed trial at host time `onset_s`; return when its response window ended.
+    def run(self, trial: PlannedTrial, attempt: int, onset_s: float, exposure: Exposure) -> Ended:
+        """Run the armed trial at host time `onset_s` to the end of its response window.
 
         Whatever ends the trial early silences the array first; the trial is then recorded as interrupted.
         """
@@ -79,7 +87,7 @@ class TrialRunner:
             )
             raise
         self._end(window, completion, self.watch.underruns - underruns_before)
-        return window.end_s
+        return Ended(window.end_s, self.presses.response_time_s is not None)
 
     def _stimulate(
         self, trial: PlannedTrial, attempt: int, start_s: float, onset_s: float, exposure: Exposure

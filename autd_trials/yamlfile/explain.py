@@ -44,7 +44,7 @@ def problems(error: ValidationError, document: Tree, model: type[BaseModel]) -> 
     """
     already = {problem.mark for problem in document.problems}
     found: dict[tuple[Path, Mark], list[ErrorDetails]] = {}
-    for detail in error.errors(include_url=False):
+    for detail in map(_of_the_tag, error.errors(include_url=False)):
         place = _place(detail, document)
         mark = _mark(place, detail, document)
         if mark not in already:
@@ -65,6 +65,25 @@ def spelled(path: Path) -> str:
                 part if re.fullmatch(r"[\w-]{1,60}", part) else _shown(part)
             )
     return f"{spelling}: " if spelling else ""
+
+
+def _of_the_tag(detail: ErrorDetails) -> ErrorDetails:
+    """Return a fault of the key that tells a union's branches apart as one of an ordinary key."""
+    context = detail.get("ctx", {})
+    key = str(context.get("discriminator", "")).strip("'")
+    location = (*detail["loc"], key)
+    if detail["type"] == "union_tag_not_found":
+        return {"type": "missing", "loc": location, "msg": "", "input": detail["input"]}
+    if detail["type"] == "union_tag_invalid":
+        expected = context["expected_tags"]
+        return {
+            "type": "literal_error",
+            "loc": location,
+            "msg": f"Input should be {expected}",
+            "input": detail["input"][key],
+            "ctx": {"expected": expected},
+        }
+    return detail
 
 
 def _place(detail: ErrorDetails, document: Tree) -> Path:
@@ -95,7 +114,7 @@ def _explanation(place: Path, details: list[ErrorDetails], model: type[BaseModel
     if "missing" in kinds:
         return "this key is missing; add it"
     if "extra_forbidden" in kinds:
-        allowed = sorted(_allowed_keys(place[:-1], model))
+        allowed = sorted(_allowed_keys(details[0]["loc"][:-1], model))
         return f"unknown key; allowed: {', '.join(allowed) or 'none'}{did_you_mean(str(place[-1]), allowed)}"
     told = [detail["msg"].removeprefix("Value error, ") for detail in details if _says_all(detail)]
     expected = [_expectation(detail) for detail in details if not _says_all(detail)]
@@ -136,12 +155,13 @@ def _shown(value: Any) -> str:
     return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."
 
 
-def _allowed_keys(path: Path, model: type[BaseModel]) -> set[str]:
-    """Return the keys that the model allows in the mapping at a path."""
+def _allowed_keys(location: Path, model: type[BaseModel]) -> set[str]:
+    """Return the keys that the model allows in the mapping at one of pydantic's locations."""
     root = model.model_json_schema()
     schemas = [root]
-    for part in path:
-        schemas = [child for schema in schemas for child in _children(schema, part, root)]
+    for part in location:
+        children = [child for schema in schemas for child in _children(schema, part, root)]
+        schemas = children or schemas  # without children it names a branch of a union, not a key
     return {
         key
         for schema in schemas
@@ -156,6 +176,8 @@ def _children(schema: dict[str, Any], part: str | int, root: dict[str, Any]) -> 
             candidates = [branch.get("items"), *branch.get("prefixItems", [])[part : part + 1]]
         elif part in branch.get("properties", {}):
             candidates = [branch["properties"][part]]
+        elif part in (branches := branch.get("discriminator", {}).get("mapping", {})):
+            candidates = [{"$ref": branches[part]}]
         else:
             candidates = [branch.get("additionalProperties"), *branch.get("patternProperties", {}).values()]
         yield from (candidate for candidate in candidates if isinstance(candidate, dict))

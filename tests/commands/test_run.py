@@ -153,6 +153,29 @@ def test_a_killed_simulation_is_gone_on_with_and_nothing_is_lost_or_doubled(tmp_
     assert complete == [trial["trial"] for trial in first["plan"]["trials"]]
 
 
+def test_a_killed_adaptive_session_goes_on_with_the_levels_of_one_that_was_not(tmp_path: Path) -> None:
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    start("chest-threshold", "--simulate", 1, "--data", whole).communicate()
+    process = start("chest-threshold", "--simulate", 1, "--data", killed)
+    log = killed / "chest-threshold/sourcedata/sub-sim01/ses-01"
+    while not list(log.glob("*.jsonl")) or len(next(log.glob("*.jsonl")).read_bytes().splitlines()) < 150:
+        assert process.poll() is None
+        time.sleep(0.002)
+    process.kill()
+    process.communicate()
+    resumed = start("chest-threshold", "--simulate", 1, "--resume", "--data", killed)
+    resumed.communicate()
+    assert resumed.returncode == 0
+    # A trial that the kill came in is another attempt, so its answer may differ, and what follows from it.
+    interrupted = min((e["trial"] for e in of("trial-start", killed) if e["attempt"] > 1), default=None)
+    levels = {e["trial"]: e["conditions"]["drive"] for e in of("trial-start", whole)}
+    gone_on = {e["trial"]: e["conditions"]["drive"] for e in of("trial-start", killed)}
+    assert gone_on.keys() == levels.keys()
+    same = [trial for trial in levels if interrupted is None or trial <= interrupted]
+    assert [gone_on[trial] for trial in same] == [levels[trial] for trial in same]
+    assert len({level for level in gone_on.values() if level is not None}) > 5
+
+
 @pytest.mark.emulator
 @pytest.mark.slow
 def test_a_real_time_session_killed_in_mid_trial_is_gone_on_with(

@@ -13,9 +13,10 @@ import yaml
 from autd_trials.errors import UsageError
 from autd_trials.protocol.load import find_protocol, load_protocol
 from autd_trials.protocol.plan import make_plan
-from autd_trials.protocol.schema import Protocol
+from autd_trials.protocol.schema import Protocol, StimulusSpec
 
 CASES = 10_000
+SHIPPED = ("chest", "chest-catch", "chest-threshold", "pilot")
 PLANNED_EVERY = 7
 
 HOSTILE: list[Any] = [
@@ -202,6 +203,10 @@ def recheck_plan(protocol: Protocol) -> None:
         assert (stimulus.drive == 0) == (trial.trial_type == "catch")
         exposure_s += stimulus.drive**2 * stimulus.duration_s
     assert exposure_s <= protocol.safety.session_exposure_s * (1 + 1e-6)
+    if protocol.method is not None:
+        for level in protocol.method.levels:
+            at_level = {**protocol.stimulus.model_dump(), protocol.method.varies: level}
+            assert StimulusSpec.model_validate(at_level).drive <= protocol.safety.largest_drive
     combinations = 1
     for factor in protocol.factors.within_block.values():
         combinations *= len(factor.levels)
@@ -212,7 +217,7 @@ def recheck_plan(protocol: Protocol) -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_mutated_protocols_are_refused_with_their_place_or_are_right(tmp_path: Path) -> None:
-    texts = [find_protocol(name).read_text(encoding="utf-8") for name in ("chest", "chest-catch", "pilot")]
+    texts = [find_protocol(name).read_text(encoding="utf-8") for name in SHIPPED]
     plain = [(yaml.safe_load(text), text) for text in texts]
     chance = random.Random(20261124)
     path = tmp_path / "hostile.yaml"

@@ -19,7 +19,7 @@ def test_largest_duty_is_that_of_a_sliding_window(burst_ms: int, gap_ms: int) ->
     assert largest_duty(burst_ms / 1000, period_ms / 1000) == pytest.approx(brute, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", ["chest", "chest-catch", "pilot"])
+@pytest.mark.parametrize("name", ["chest", "chest-catch", "chest-threshold", "pilot"])
 def test_exposure_is_that_of_the_planned_stimuli(name: str) -> None:
     protocol = load_protocol(find_protocol(name))
     plan = make_plan(protocol, place=1, session=1, seed=3)

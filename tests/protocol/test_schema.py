@@ -197,10 +197,12 @@ def test_all_quantities_carry_their_units_in_their_names() -> None:
         "repetitions",
         "catch_trials_per_block",
         "max_run_length",
+        *("levels", "felt_to_go_down", "step_up", "step_down"),
     }
+    in_a_factors_unit = ("first", "second", "smallest", "largest", "start")
     units = ("_s", "_hz", "_mm", "_dbfs", "_dba")
     for model in Protocol.model_json_schema()["$defs"].values():
         for name, field in model.get("properties", {}).items():
             kinds = {field.get("type")} | {option.get("type") for option in field.get("anyOf", ())}
             if kinds & {"number", "integer"}:
-                assert name in plain or name.endswith(units) or name in ("first", "second"), name
+                assert name in plain or name.endswith(units) or name in in_a_factors_unit, name

@@ -14,7 +14,7 @@ from autd_trials.yamlfile.json_schema import json_schema
 from autd_trials.yamlfile.shipped import find_file, shipped_names
 
 SHIPPED: list[tuple[str, str, type[BaseModel]]] = [
-    ("protocols", name, Protocol) for name in ("chest", "chest-catch", "pilot")
+    ("protocols", name, Protocol) for name in ("chest", "chest-catch", "chest-threshold", "pilot")
 ]
 SHIPPED += [("protocols.rigs", name, Rig) for name in ("emulated", "lab")]
 
@@ -33,7 +33,7 @@ def test_a_file_in_the_current_folder_goes_first(tmp_path: Path, monkeypatch: py
 
 @pytest.mark.parametrize("name", ["ches", "", "no/such.yaml", "x" * 5000, "a\0b", ".."])
 def test_a_wrong_name_lists_the_shipped_ones(name: str) -> None:
-    with pytest.raises(UsageError, match="chest, chest-catch, pilot") as caught:
+    with pytest.raises(UsageError, match="chest, chest-catch, chest-threshold, pilot") as caught:
         find_file(name, kind="protocol", package="protocols")
     assert ("did you mean 'chest'" in str(caught.value)) == (name == "ches")
 

@@ -1,0 +1,1 @@
+"""Which level comes next: adaptive methods, as functions of the answers so far and of nothing else."""

@@ -1,0 +1,95 @@
+"""Staircases, plain and weighted, on a ladder of levels."""
+
+import math
+import statistics
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from autd_trials.adaptive.answers import Answer, Estimate
+from autd_trials.protocol.method import Staircase
+
+FEWEST_REVERSALS = 4
+"""With fewer reversals no threshold is told."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """What followed from an answer.
+
+    Attributes
+    ----------
+    level
+        The level that was answered.
+    reversal
+        Whether the staircase turned there, having come with steps of the final size.
+    cut_off
+        Whether the step would have left the range.
+    next_level
+        Where it went.
+    """
+
+    level: float
+    reversal: bool
+    cut_off: bool
+    next_level: float
+
+
+class StaircaseRule:
+    """Down after n trials felt in a row, up after one not felt; the steps shrink with the reversals."""
+
+    def __init__(self, method: Staircase) -> None:
+        self._method = method
+
+    def next_level(self, answers: Sequence[Answer]) -> float:
+        """Return the level of the next trial."""
+        steps = self.steps(answers)
+        return steps[-1].next_level if steps else self._method.levels[self._place(self._method.start)]
+
+    def steps(self, answers: Sequence[Answer]) -> list[Step]:
+        """Return what followed from each answer."""
+        return list(self._walk(answers))
+
+    def estimate(self, answers: Sequence[Answer]) -> Estimate:
+        """Return the geometric mean of an even number of reversals, as Levitt (1971) has it.
+
+        Peaks and valleys then count the same. The first one goes where their number is odd.
+        """
+        steps = self.steps(answers)
+        found = [math.log(step.level) for step in steps if step.reversal]
+        kept = found[len(found) % 2 :]
+        rate = self._method.converges_to
+        if len(kept) < FEWEST_REVERSALS:
+            note = f"{len(found)} reversals with the final steps; a threshold needs {FEWEST_REVERSALS}"
+            return Estimate(None, rate, None, note)
+        cut_off = sum(step.cut_off for step in steps)
+        return Estimate(
+            threshold=math.exp(statistics.fmean(kept)),
+            rate=rate,
+            spread_db=20 / math.log(10) * statistics.stdev(kept),
+            note=f"{cut_off} steps would have left the range of levels" if cut_off else None,
+        )
+
+    def _walk(self, answers: Sequence[Answer]) -> Iterator[Step]:
+        method, last = self._method, len(self._method.levels) - 1
+        direction = reversals = felt_in_a_row = 0
+        for answer in answers:
+            felt_in_a_row = felt_in_a_row + 1 if answer.felt else 0
+            turn = 1 if not answer.felt else -1 if felt_in_a_row == method.felt_to_go_down else 0
+            reversal = turn * direction == -1
+            final = reversals >= len(method.step_factors) - 1
+            if turn:
+                direction, felt_in_a_row = turn, 0
+                reversals += reversal
+            factor = method.step_factors[min(reversals, len(method.step_factors) - 1)]
+            wanted = self._place(answer.level) + factor * self._size(turn)
+            place = min(max(wanted, 0), last)
+            yield Step(answer.level, reversal and final, place != wanted, method.levels[place])
+
+    def _size(self, turn: int) -> int:
+        """Return by how many levels a turn moves before it is multiplied."""
+        return self._method.step_up if turn > 0 else turn * self._method.step_down
+
+    def _place(self, level: float) -> int:
+        """Return the place of the nearest level."""
+        levels = self._method.levels
+        return min(range(len(levels)), key=lambda place: abs(math.log(levels[place] / level)))
