@@ -51,6 +51,7 @@ def trial_warnings(sessions: Sequence[LoggedSession], rows: Rows, design: Design
         The study's factors.
     """
     return (
+        *_adaptive(design),
         *_uncounted(rows),
         *_unfinished(sessions, rows),
         *_pooled_sessions(rows),
@@ -105,6 +106,14 @@ def _bad_ends(sessions: Sequence[LoggedSession]) -> Iterator[str]:
             yield f"{session.name}: the log is damaged in line(s) {lines}"
 
 
+def _adaptive(design: Design) -> Iterator[str]:
+    if design.method is not None:
+        yield (
+            f"{design.method.varies} was chosen by an adaptive method, which steers towards the same rate in "
+            "all conditions: compare thresholds, not rates"
+        )
+
+
 def _uncounted(rows: Rows) -> Iterator[str]:
     for table, its_rows in rows.items():
         name = table.name.removesuffix(TABLE_SUFFIX)
@@ -144,7 +153,7 @@ def _missing_cells(rows: Rows, design: Design) -> Iterator[str]:
     for row in itertools.chain.from_iterable(rows.values()):
         cells = filled[row.participant]
         if row.used and row.trial_type == "stimulus":
-            cells.add(frozenset(row.levels.items()))
+            cells.add(frozenset((factor.name, row.levels[factor.name]) for factor in design.factors))
     for participant, cells in sorted(filled.items()):
         missing = [cell for cell in conditions(design.factors) if frozenset(cell) not in cells]
         if missing:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from analysis.sessions import LoggedSession
 from autd_trials.errors import UsageError
+from autd_trials.protocol.method import Method
 from autd_trials.protocol.schema import Comparison, Factor, Level, Protocol, Study
 
 Condition = tuple[tuple[str, Level], ...]
@@ -43,12 +44,16 @@ class StudyFactor:
 
 @dataclass(frozen=True)
 class Design:
-    """A study's factors, those within blocks first, its planned comparisons, and whose it is, where known."""
+    """A study's factors, those within blocks first, its planned comparisons, and whose it is, where known.
+
+    With an adaptive `method` the level of one more quantity was chosen from the answers before.
+    """
 
     protocol: str
     study: Study | None
     factors: tuple[StudyFactor, ...]
     comparisons: tuple[Comparison, ...]
+    method: Method | None = None
 
     @property
     def between_blocks(self) -> tuple[StudyFactor, ...]:
@@ -110,7 +115,7 @@ def study_design(sessions: Sequence[LoggedSession]) -> Design:
     newest = newest_first[0].start.protocol
     _require_same_factors(newest_first)
     factors = tuple(_study_factor(name, newest_first) for name in _factors(newest))
-    return Design(newest.name, newest.study, factors, newest.comparisons)
+    return Design(newest.name, newest.study, factors, newest.comparisons, newest.method)
 
 
 def protocol_design(protocol: Protocol) -> Design:
@@ -120,7 +125,7 @@ def protocol_design(protocol: Protocol) -> Design:
         StudyFactor(name, tuple(factor.levels), dict(factor.describe), name in within)
         for name, factor in _factors(protocol).items()
     )
-    return Design(protocol.name, protocol.study, factors, protocol.comparisons)
+    return Design(protocol.name, protocol.study, factors, protocol.comparisons, protocol.method)
 
 
 def _is_number(text: str, number: float) -> bool:
@@ -161,4 +166,5 @@ def _shape(protocol: Protocol) -> str:
         ", ".join(sorted(names)) or "none"
         for names in (protocol.factors.within_block, protocol.factors.between_blocks)
     )
-    return f"within blocks: {within}; between blocks: {between}"
+    chosen = f"; chosen adaptively: {protocol.method.varies}" if protocol.method else ""
+    return f"within blocks: {within}; between blocks: {between}{chosen}"

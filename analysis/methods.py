@@ -61,6 +61,15 @@ METHODS: Mapping[str, str] = {
         "participant and condition (seed 1); order of blocks and carry-over by Welch's t test between those "
         "who began with either."
     ),
+    "threshold": (
+        "With an adaptive method: a participant's threshold in a condition is the geometric mean of an even "
+        "number of a staircase's reversals with its final steps, for the rate at which the staircase "
+        "settles, or the mean of QUEST+'s posterior in dB, for the level at which the stimulus alone, "
+        "guesses and lapses aside, is felt half the time. Means, intervals, paired t and exact sign-flip "
+        "tests are of thresholds in dB over participants; those whose tracks do not tell a threshold are "
+        "left out and counted. The exact sign test counts them too where a threshold is known to lie beyond "
+        "the levels, and so beyond the other."
+    ),
     "holm": (
         "Holm's adjustment over all planned comparisons together, for each of the three tests by itself; "
         "comparisons that could not be tested do not count."

@@ -18,6 +18,9 @@ from analysis.rates import (
     marginal_rates,
     over_participants,
 )
+from analysis.threshold_comparisons import ThresholdComparison, compared_thresholds
+from analysis.thresholds import GroupThreshold, Threshold, thresholds
+from analysis.thresholds import over_participants as mean_thresholds
 from analysis.trials import Trials, read_trials
 
 
@@ -44,6 +47,9 @@ class Results:
         Whether answers depend on when they were given.
     pooled
         Tests that take people for alike; None if they were not asked for.
+    thresholds, threshold_comparisons
+        Thresholds per participant and the planned comparisons of them, where an adaptive method chose the
+        levels. Rates are then not compared: the method steers towards the same rate everywhere.
     """
 
     trials: Trials
@@ -57,11 +63,18 @@ class Results:
     trends: tuple[Trend, ...]
     order_effects: tuple[OrderEffect, ...]
     pooled: tuple[PooledTests, ...] | None
+    thresholds: tuple[Threshold, ...]
+    threshold_comparisons: tuple[ThresholdComparison, ...]
 
     @property
     def group_detectability(self) -> tuple[GroupDetectability, ...]:
         """D' over participants; empty without catch trials."""
         return mean_detectability(self.detectability or ())
+
+    @property
+    def group_thresholds(self) -> tuple[GroupThreshold, ...]:
+        """Thresholds over participants; empty without an adaptive method."""
+        return mean_thresholds(self.thresholds)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -100,7 +113,9 @@ def analyse(study: Path, *, pooled: bool = False) -> Results:
 def results_of(trials: Trials, *, pooled: bool = False) -> Results:
     """Return all results of trials that were read."""
     rates = detection_rates(trials)
-    comparisons = planned_comparisons(rates, trials.design)
+    adaptive = trials.design.method is not None
+    found = thresholds(trials)
+    comparisons = () if adaptive else planned_comparisons(rates, trials.design)
     false_alarms_by_block = false_alarm_rates(trials)
     false_alarms = _with_all_blocks(false_alarms_by_block)
     return Results(
@@ -110,11 +125,13 @@ def results_of(trials: Trials, *, pooled: bool = False) -> Results:
         participant_false_alarms=false_alarms,
         false_alarms=None if false_alarms is None else over_participants(false_alarms),
         comparisons=comparisons,
-        detectability=detectability(rates, false_alarms_by_block),
+        detectability=None if adaptive else detectability(rates, false_alarms_by_block),
         interactions=interactions(comparisons),
         trends=trends(comparisons),
-        order_effects=order_effects(trials),
+        order_effects=() if adaptive else order_effects(trials),
         pooled=pooled_tests(rates, comparisons) if pooled else None,
+        thresholds=found,
+        threshold_comparisons=compared_thresholds(found, trials.design),
     )
 
 

@@ -3,10 +3,11 @@
 from collections.abc import Iterator, Sequence
 
 from analysis.comparisons import ComparisonResult
-from analysis.design import describe_condition
+from analysis.design import describe_condition, format_level
 from analysis.order_effects import OrderEffect
 from analysis.rates import ConditionRate
 from analysis.study import Results
+from analysis.threshold_comparisons import ThresholdComparison
 from analysis.wording import compared_label, difference_label, format_interval, format_p, format_rate
 
 
@@ -32,7 +33,7 @@ def plain_words(results: Results) -> str:
             "",
             *_false_alarm_lines(results),
             "",
-            *_comparison_lines(results.comparisons),
+            *(_threshold_lines(results) if results.thresholds else _comparison_lines(results.comparisons)),
             *_interaction_lines(results),
             *_order_lines(results.order_effects),
             *_warning_lines(results.warnings),
@@ -131,7 +132,38 @@ def _interaction_lines(results: Results) -> Iterator[str]:
         )
 
 
+def _threshold_lines(results: Results) -> Iterator[str]:
+    assert results.trials.design.method is not None
+    varied, group = results.trials.design.method.varies, results.group_thresholds
+    yield f"Thresholds ({varied}; geometric mean over participants, 95 % t interval):"
+    width = max((len(describe_condition(each.condition)) for each in group), default=0)
+    for each in group:
+        untold = f", {each.untold} not told" if each.untold else ""
+        interval = f"{format_rate(each.threshold)} {format_interval(each.interval)}"
+        name = describe_condition(each.condition)
+        yield f"  {name:<{width}}  {interval:<19}  n = {each.participants}{untold}"
+    yield ""
+    yield "Planned comparisons of thresholds (within participants, in dB, two-sided; Holm over all of them):"
+    for found in results.threshold_comparisons:
+        first, second = format_level(found.first), format_level(found.second)
+        yield f"  {first} - {second}, {describe_condition(found.at)}: {_threshold_difference(found)}"
+
+
+def _threshold_difference(found: ThresholdComparison) -> str:
+    parts = [f"{format_rate(found.mean_db)} dB {format_interval(found.interval)}"]
+    parts.append(f"n = {len(found.differences_db)}")
+    if found.paired_t:
+        test = found.paired_t
+        parts.append(f"t({test.df}) = {test.t:.2f}, {_p(test.p)} (Holm {format_p(found.paired_t_holm)})")
+    if found.sign_p is not None:
+        counts = f"{found.higher_first} : {found.higher_second}"
+        parts.append(f"higher at {counts}, sign test {_p(found.sign_p)} (Holm {format_p(found.sign_holm)})")
+    return "; ".join(parts)
+
+
 def _order_lines(effects: Sequence[OrderEffect]) -> Iterator[str]:
+    if not effects:
+        return
     yield ""
     yield "Order effects (checks, not adjusted):"
     for effect in effects:

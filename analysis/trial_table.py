@@ -39,7 +39,9 @@ class TrialRow:
         return self.trial_status == "complete" and self.felt is not None and self.trial_type != "practice"
 
 
-def read_trial_table(table: Path, factors: Sequence[StudyFactor]) -> tuple[TrialRow, ...]:
+def read_trial_table(
+    table: Path, factors: Sequence[StudyFactor], chosen: str | None = None
+) -> tuple[TrialRow, ...]:
     """Read a trial table.
 
     Parameters
@@ -48,6 +50,8 @@ def read_trial_table(table: Path, factors: Sequence[StudyFactor]) -> tuple[Trial
         The file; its name gives participant and session.
     factors
         The study's factors, each a column of the table.
+    chosen
+        The column of the quantity whose level an adaptive method chose, if there is one.
 
     Returns
     -------
@@ -62,9 +66,10 @@ def read_trial_table(table: Path, factors: Sequence[StudyFactor]) -> tuple[Trial
     participant, session = _entities(table)
     rows: list[TrialRow] = []
     completed: dict[int, int] = {}
-    for line, cells in _records(table, [*_REQUIRED, *(factor.name for factor in factors)]):
+    named = [*(factor.name for factor in factors), *([chosen] if chosen else [])]
+    for line, cells in _records(table, [*_REQUIRED, *named]):
         cell = _Cells(cells, where=f"{table}:{line}")
-        row = _trial_row(cell, factors, participant, session)
+        row = _trial_row(cell, factors, participant, session, chosen)
         if row.trial_status == "complete" and row.trial in completed:
             raise UsageError(
                 f"trial {row.trial} is complete twice, here and in line {completed[row.trial]}",
@@ -156,8 +161,11 @@ class _Cells:
         return UsageError(f"{column} is {text!r}, expected {expected}", where=self.where)
 
 
-def _trial_row(cell: _Cells, factors: Sequence[StudyFactor], participant: str, session: str) -> TrialRow:
+def _trial_row(
+    cell: _Cells, factors: Sequence[StudyFactor], participant: str, session: str, chosen: str | None
+) -> TrialRow:
     trial_type = cell.word("trial_type", "stimulus", "catch")
+    level = {chosen: cell.number(chosen) if trial_type == "stimulus" else None} if chosen else {}
     return TrialRow(
         participant=participant,
         session=session,
@@ -172,5 +180,6 @@ def _trial_row(cell: _Cells, factors: Sequence[StudyFactor], participant: str, s
             # A catch trial has no stimulus, so it has no level of what varies from stimulus to stimulus.
             factor.name: None if trial_type == "catch" and factor.within_block else cell.level(factor)
             for factor in factors
-        },
+        }
+        | level,
     )

@@ -27,7 +27,7 @@ class Trials:
         One row per attempt at a trial: participant, session, block, trial, attempt, trial_type (stimulus or
         catch), trial_status (complete or interrupted), felt (True, False or missing), response_time_s, `used`
         (whether the analysis counts the row: complete and answered), and one column per factor (None where a
-        catch trial does not have it).
+        catch trial does not have it), and of what an adaptive method chose.
     simulated
         Whether any session was made by a simulated participant.
     warnings
@@ -76,7 +76,8 @@ def read_trials(study: Path) -> Trials:
     tables = _find_tables(study)
     sessions, never_begun = _find_sessions(study)
     design = study_design(sessions)
-    rows = {table: read_trial_table(table, design.factors) for table in tables}
+    chosen = design.method.varies if design.method else None
+    rows = {table: read_trial_table(table, design.factors, chosen) for table in tables}
     if not any(row.used for its_rows in rows.values() for row in its_rows):
         raise UsageError(
             "the study has no complete trial", where=str(study), do="record a session first: run-protocol"

@@ -119,6 +119,11 @@ def study_model(
         The protocol plans no comparison, or its clothing is not one that the assumed participants know.
     """
     design = protocol_design(protocol)
+    if design.method is not None:
+        raise UsageError(
+            "the protocol's levels are chosen by an adaptive method; power is simulated for constant stimuli",
+            do="take a protocol without method:, or run simulated participants and analyse them",
+        )
     if not design.comparisons:
         raise UsageError(
             "the protocol plans no comparison, so there is nothing to find", do="add comparisons:"

@@ -7,6 +7,7 @@ from analysis.tables.more_comparisons import more_comparison_tables
 from analysis.tables.order_effects import order_effect_table
 from analysis.tables.rates import rate_tables
 from analysis.tables.table import ResultTable
+from analysis.tables.thresholds import threshold_tables
 
 
 def result_tables(results: Results) -> tuple[ResultTable, ...]:
@@ -20,7 +21,8 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
     Returns
     -------
     tuple of ResultTable
-        The same tables for every study; what is undefined is said in a row of its own.
+        The same tables for every study, and those of thresholds where a method was adaptive; what is
+        undefined is said in a row of its own.
     """
     return (
         *rate_tables(results),
@@ -28,4 +30,5 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
         *more_comparison_tables(results),
         *detectability_tables(results),
         order_effect_table(results),
+        *threshold_tables(results),
     )

@@ -24,6 +24,9 @@ class Estimate:
     spread_db
         Standard deviation in dB (20 log10 of the level), of the posterior or over the reversals; None where
         undefined.
+    beyond
+        1 or -1 where there is no threshold because it lies over the largest or under the smallest level, else
+        0.
     note
         Why there is no threshold, or what to know about it.
     """
@@ -31,4 +34,5 @@ class Estimate:
     threshold: float | None
     rate: float
     spread_db: float | None
+    beyond: int = 0
     note: str | None = None

@@ -23,6 +23,9 @@ RATE = 0.5
 """Thresholds are where the stimulus alone, guesses and lapses aside, is felt so often."""
 
 
+_BEYOND = {1: "over the largest", -1: "under the smallest"}
+
+
 class QuestPlus:
     """The rule for yes/no answers.
 
@@ -83,14 +86,14 @@ class QuestPlusRule:
     def estimate(self, answers: Sequence[Answer]) -> Estimate:
         """Return the posterior mean of the level in dB at which the stimulus alone is felt half the time."""
         if not answers:
-            return Estimate(None, RATE, None, "no answers")
+            return Estimate(None, RATE, None, note="no answers")
         posterior, half_db = self._posterior(answers), self._half_db
         mean_db = float(posterior @ half_db)
         spread_db = math.sqrt(max(0.0, float(posterior @ (half_db - mean_db) ** 2)))
         threshold, ends = 10 ** (mean_db / 20), self._method.range
         if not ends.smallest <= threshold <= ends.largest:
-            side = "under the smallest" if threshold < ends.smallest else "over the largest"
-            return Estimate(None, RATE, None, f"the threshold lies {side} level")
+            beyond = -1 if threshold < ends.smallest else 1
+            return Estimate(None, RATE, None, beyond, f"the threshold lies {_BEYOND[beyond]} level")
         return Estimate(threshold, RATE, spread_db)
 
     @property

@@ -60,7 +60,7 @@ class StaircaseRule:
         rate = self._method.converges_to
         if len(kept) < FEWEST_REVERSALS:
             note = f"{len(found)} reversals with the final steps; a threshold needs {FEWEST_REVERSALS}"
-            return Estimate(None, rate, None, note)
+            return Estimate(None, rate, None, note=note)
         cut_off = sum(step.cut_off for step in steps)
         return Estimate(
             threshold=math.exp(statistics.fmean(kept)),

@@ -53,7 +53,7 @@ MISTAKES = [
         set_in("safety", "largest_drive")(0.5),
         "method.range.largest: the drive 1 is over safety.largest_drive",
     ),
-    (set_in("safety", "session_exposure_s")(100), "sum up to 120 s at full drive, which is over 100"),
+    (set_in("safety", "session_exposure_s")(79), "sum up to 80 s at full drive, which is over 79"),
     (set_in("comparisons", 0, "factor")("drive"), "comparisons[0].factor: there is no factor 'drive'"),
 ]
 
@@ -74,10 +74,10 @@ def test_the_plan_has_the_largest_level_and_leaves_the_choice_open(load: Load) -
 def test_a_burst_that_holds_no_period_at_some_level_is_refused(refuse: Refuse) -> None:
     def change(data: Any) -> None:
         data["method"] = {**STAIRCASE, "varies": "duration_s", "start": 0.5}
-        data["method"]["range"] = {"smallest": 0.02, "largest": 1, "levels": 9}
+        data["method"]["range"] = {"smallest": 0.01, "largest": 1, "levels": 9}
         data["stimulus"]["ramp_s"] = 0.001
 
-    assert "does not hold one period of 25 Hz" in refuse(change, "chest-threshold")
+    assert "does not hold one period of 50 Hz" in refuse(change, "chest-threshold")
 
 
 @given(

@@ -1,0 +1,150 @@
+"""Thresholds of adaptive studies, as the method itself estimates them: of each participant and over them.
+
+A track (the trials of one condition in one session) gives a threshold by its method: the mean of a
+staircase's reversals, or the mean of QUEST+'s posterior. Thresholds are averaged and compared in dB (20 log10
+of the level), where people's differences do not depend on how sensitive they are.
+"""
+
+import math
+import statistics
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from analysis.design import Condition, Design, conditions
+from analysis.intervals import Interval, t_interval
+from analysis.trials import Trials
+from autd_trials.adaptive.answers import Answer
+from autd_trials.adaptive.rule import rule_of
+from autd_trials.protocol.method import Method
+from autd_trials.protocol.schema import Level
+
+THRESHOLD_INTERVAL = "95 % t interval over participants' thresholds in dB"
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """One participant's threshold in a condition.
+
+    Attributes
+    ----------
+    participant, condition
+        Whose, and where.
+    threshold
+        The level felt at `rate`, a geometric mean over sessions; None if a track does not tell it.
+    rate
+        The rate of "felt" that the threshold is for.
+    spread_db
+        Standard deviation in dB: of the posterior, or over the reversals; the largest of the sessions.
+    trials
+        Number of trials.
+    beyond
+        1 or -1 where there is none because it lies over the largest or under the smallest level, else 0.
+    note
+        Why there is none, or what to know about it.
+    """
+
+    participant: str
+    condition: Condition
+    threshold: float | None
+    rate: float
+    spread_db: float | None
+    trials: int
+    beyond: int
+    note: str | None
+
+    @property
+    def db(self) -> float | None:
+        """The threshold in dB."""
+        return None if self.threshold is None else 20 * math.log10(self.threshold)
+
+
+@dataclass(frozen=True)
+class GroupThreshold:
+    """Geometric mean of participants' thresholds in a condition, with its interval; None where undefined.
+
+    `untold` counts participants who have a track there that tells no threshold. They are not in the mean,
+    which is too low where their thresholds lie over the largest level.
+    """
+
+    condition: Condition
+    threshold: float | None
+    interval: Interval | None
+    participants: int
+    untold: int
+
+
+def thresholds(trials: Trials) -> tuple[Threshold, ...]:
+    """Return each participant's threshold in each condition; empty without an adaptive method."""
+    design = trials.design
+    if design.method is None:
+        return ()
+    tracks = _tracks(trials, design, design.method)
+    return tuple(
+        _threshold(participant, condition, design.method, tracks[participant, frozenset(condition)])
+        for participant in trials.participants
+        for condition in conditions(design.factors)
+    )
+
+
+def over_participants(found: Sequence[Threshold]) -> tuple[GroupThreshold, ...]:
+    """Return the means over participants in each condition."""
+    groups = []
+    for condition in dict.fromkeys(each.condition for each in found):
+        there = [each for each in found if each.condition == condition]
+        db = [each.db for each in there if each.db is not None]
+        interval_db = t_interval(db)
+        groups.append(
+            GroupThreshold(
+                condition=condition,
+                threshold=_level(statistics.fmean(db)) if db else None,
+                interval=interval_db and Interval(_level(interval_db.low), _level(interval_db.high)),
+                participants=len(db),
+                untold=sum(each.threshold is None and each.trials > 0 for each in there),
+            )
+        )
+    return tuple(groups)
+
+
+def _tracks(
+    trials: Trials, design: Design, method: Method
+) -> defaultdict[tuple[str, frozenset[tuple[str, Level]]], dict[str, list[Answer]]]:
+    """Return the answers by participant and condition, and by session within."""
+    table = trials.table
+    kept = table[table["used"] & (table["trial_type"] == "stimulus")].sort_values(["session", "trial"])
+    names = [factor.name for factor in design.factors]
+    found: defaultdict[tuple[str, frozenset[tuple[str, Level]]], dict[str, list[Answer]]] = defaultdict(dict)
+    columns = (kept[name] for name in ("participant", "session", "felt", method.varies, *names))
+    for participant, session, felt, level, *levels in zip(*columns, strict=True):
+        key = (participant, frozenset(zip(names, levels, strict=True)))
+        found[key].setdefault(session, []).append(Answer(float(level), bool(felt)))
+    return found
+
+
+def _threshold(
+    participant: str, condition: Condition, method: Method, sessions: dict[str, list[Answer]]
+) -> Threshold:
+    rule = rule_of(method)
+    estimates = [rule.estimate(answers) for answers in sessions.values()] or [rule.estimate([])]
+    told = [estimate.threshold for estimate in estimates if estimate.threshold is not None]
+    spreads = [estimate.spread_db for estimate in estimates if estimate.spread_db is not None]
+    notes = dict.fromkeys(estimate.note for estimate in estimates if estimate.note)
+    return Threshold(
+        participant=participant,
+        condition=condition,
+        threshold=statistics.geometric_mean(told) if len(told) == len(estimates) else None,
+        rate=estimates[0].rate,
+        spread_db=max(spreads, default=None),
+        trials=sum(map(len, sessions.values())),
+        beyond=common_sign([estimate.beyond for estimate in estimates]),
+        note="; ".join(notes) or None,
+    )
+
+
+def common_sign(values: Sequence[int]) -> int:
+    """Return the sign that all share, or 0."""
+    return values[0] if len(set(values)) == 1 else 0
+
+
+def _level(db: float) -> float:
+    return float(10 ** (db / 20))
