@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.design import Condition
+from analysis.design import Condition, Design, conditions
 from analysis.models.glmm import BinomialRows
 from analysis.rates import ParticipantRate
 from autd_trials.protocol.schema import Level
@@ -30,6 +30,15 @@ class Compared:
     factor: str
     first: Level
     second: Level
+
+
+def planned(design: Design) -> tuple[tuple[Compared, Condition], ...]:
+    """Return what the protocol planned to compare, and at which level of another factor, in its order."""
+    return tuple(
+        (Compared(comparison.factor, comparison.first, comparison.second), at)
+        for comparison in design.comparisons
+        for at in conditions([design.factor(comparison.at_each)] if comparison.at_each else [])
+    )
 
 
 def compared_rows(

@@ -64,8 +64,8 @@ class GlmmFit:
     ----------
     coefficients
         Fixed effects in units of the link (logits), shape (p,).
-    covariance
-        Of the fixed effects, shape (p, p), from the observed information of all parameters.
+    parameter_covariance
+        Of the fixed effects and then the entries of the factor, row by row, from the observed information.
     factor
         Lower triangular factor of the random effects' covariance, (q, q); its diagonal is not negative.
     log_likelihood
@@ -79,12 +79,18 @@ class GlmmFit:
     """
 
     coefficients: Array
-    covariance: Array
+    parameter_covariance: Array
     factor: Array
     log_likelihood: float
     nodes: int
     converged: bool
     singular: bool
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the fixed effects, shape (p, p)."""
+        count = len(self.coefficients)
+        return self.parameter_covariance[:count, :count]
 
     @property
     def standard_deviations(self) -> Array:
@@ -302,10 +308,13 @@ def _hessian(function: Callable[[Array], float], at: Array, step: float = 1e-3) 
 
 def _result(model: _Model, parameters: Array, converged: bool, information: Array) -> GlmmFit:
     beta, factor = model.split(parameters)
-    factor = factor * np.where(np.diag(factor) < 0, -1.0, 1.0)  # the sign of a column means nothing
+    signs = np.where(np.diag(factor) < 0, -1.0, 1.0)  # the sign of a column means nothing
+    turned = np.concatenate([np.ones(model.p), signs[model.lower[1]]])
+    covariance = np.asarray(np.linalg.pinv(information, hermitian=True), float)
+    factor = factor * signs
     return GlmmFit(
         coefficients=beta,
-        covariance=np.asarray(np.linalg.pinv(information, hermitian=True)[: model.p, : model.p], float),
+        parameter_covariance=covariance * np.outer(turned, turned),
         factor=factor,
         log_likelihood=model.log_likelihood(parameters),
         nodes=model.nodes,
