@@ -1,8 +1,8 @@
 """Answers by participant and cell of the design, as the models take them; separation and Firth's penalty.
 
-Every cell (condition) has a fixed effect of its own. Answers are then separated exactly where all or none were
-felt in a cell: its logit is infinite. Firth's penalty keeps it finite, and for cell means alone it is half a
-felt and half an unfelt answer that are added to every cell. D. Firth (1993), Biometrika 80, 27-38.
+Every cell (condition) has a fixed effect of its own. Answers are then separated exactly where all or none
+were felt in a cell: its logit is infinite. Firth's penalty keeps it finite, and for cell means alone it is
+half a felt and half an unfelt answer that are added to every cell. D. Firth (1993), Biometrika 80, 27-38.
 """
 
 from collections.abc import Sequence
@@ -125,7 +125,9 @@ def penalised(rows: BinomialRows) -> BinomialRows:
 
 def without(rows: BinomialRows, contrasts: Array) -> BinomialRows:
     """Return the model in which contrasts of the cells, shape (k, cells), are zero."""
-    return BinomialRows(rows.felt, rows.trials, rows.fixed @ null_space(contrasts), rows.random, rows.participant)
+    return BinomialRows(
+        rows.felt, rows.trials, rows.fixed @ null_space(contrasts), rows.random, rows.participant
+    )
 
 
 def null_space(contrasts: Array) -> Array:

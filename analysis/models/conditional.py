@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 _MOST_STEPS = 50
 _CONVERGED = 1e-10
 _LARGEST_LOGIT = 12.0
+_NO_INFORMATION = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +67,7 @@ def fit_conditional(felt: Array, trials: Array, design: Array) -> ConditionalFit
         logits = design @ coefficients
         value, scores, information = _derivatives(felt, trials, logits)
         score, information = design.T @ scores, design.T @ information @ design
-        if np.linalg.matrix_rank(information, hermitian=True) < len(information):
+        if np.linalg.matrix_rank(information, tol=_NO_INFORMATION, hermitian=True) < len(information):
             return None
         step = np.linalg.solve(information, score)
         if float(score @ step) < _CONVERGED:

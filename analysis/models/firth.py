@@ -1,9 +1,9 @@
 """Logistic regression with Firth's penalty: finite also where answers are separated.
 
-Half the logarithm of the information's determinant (Jeffreys' prior) is added to the log likelihood; this also
-takes the first-order bias off the estimates. D. Firth (1993), Biometrika 80, 27-38. Intervals and tests are by
-the profile of the penalised likelihood: G. Heinze and M. Schemper (2002), Stat. Med. 21, 2409-2419. Answers are
-taken as independent given the model's columns.
+Half the logarithm of the information's determinant (Jeffreys' prior) is added to the log likelihood; this
+also takes the first-order bias off the estimates. D. Firth (1993), Biometrika 80, 27-38. Intervals and tests
+are by the profile of the penalised likelihood: G. Heinze and M. Schemper (2002), Stat. Med. 21, 2409-2419.
+Answers are taken as independent given the model's columns.
 """
 
 import math
@@ -95,20 +95,25 @@ class _Penalised:
         plain = LOGIT.log_likelihood(self.felt, self.trials, self.design @ coefficients).sum()
         return float(plain + 0.5 * np.linalg.slogdet(self.information(coefficients))[1])
 
-    def score(self, coefficients: Array, information: Array) -> Array:
-        """Return the derivative: each row's leverage h adds h / 2 felt and h / 2 unfelt answers to it."""
+    def derivatives(self, coefficients: Array) -> tuple[Array, Array]:
+        """Return the score, and the information of its answers.
+
+        The penalty adds h / 2 felt and h / 2 unfelt answers to a row of leverage h.
+        """
         means = LOGIT.probability(self.design @ coefficients)
-        solved = np.linalg.solve(information, self.design.T).T
-        leverage = self.trials * means * (1 - means) * (self.design * solved).sum(axis=1)
-        found: Array = self.design.T @ (self.felt - self.trials * means + leverage * (0.5 - means))
-        return found
+        spread = means * (1 - means)
+        solved = np.linalg.solve(self.information(coefficients), self.design.T).T
+        leverage = self.trials * spread * (self.design * solved).sum(axis=1)
+        trials = self.trials + leverage
+        score = self.design.T @ (self.felt + leverage / 2 - trials * means)
+        return score, self.design.T @ ((trials * spread)[:, None] * self.design)
 
     def maximum(self, start: Array, free: Array) -> tuple[Array, float]:
         """Climb from a start along the columns of `free`; return where the maximum is, and its value."""
         place, value = start, self.log_likelihood(start)
         for _ in range(_MOST_STEPS):
-            information = self.information(place)
-            gradient = free.T @ self.score(place, information)
+            score, information = self.derivatives(place)
+            gradient = free.T @ score
             step = np.linalg.solve(free.T @ information @ free, gradient)
             gain = float(gradient @ step)
             if gain < _CONVERGED:

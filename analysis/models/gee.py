@@ -2,15 +2,15 @@
 
 Any two answers of a participant are taken to correlate alike (exchangeable), which need not be true: the
 sandwich covariance holds all the same. K.-Y. Liang and S. L. Zeger (1986), Biometrika 73, 13-22. For few
-participants it is too small, as residuals are smaller than errors. Residuals r of a participant with leverage
-H are therefore enlarged: to (I - H)^(-1/2) r by G. Kauermann and R. J. Carroll (2001), J. Am. Stat. Assoc. 96,
-1387-1396, and to (I - H)^(-1) r by L. A. Mancl and T. A. DeRouen (2001), Biometrics 57, 126-134, which is
-rather too much.
+participants it is too small, as residuals are smaller than errors. Residuals r of a participant with
+leverage H are therefore enlarged: to (I - H)^(-1/2) r by G. Kauermann and R. J. Carroll (2001), J. Am. Stat.
+Assoc. 96, 1387-1396, and to (I - H)^(-1) r by L. A. Mancl and T. A. DeRouen (2001), Biometrics 57, 126-134,
+which is rather too much.
 
 Degrees of freedom are Satterthwaite's under the working covariance: D. F. McCaffrey and R. M. Bell (2006),
-Stat. Med. 25, 4081-4098. Where everybody has the same trials they are participants - 1, and with Kauermann and
-Carroll's covariance the test is the paired t test of what each participant contributes. Participants minus
-parameters would be far too few: the conditions are compared within participants.
+Stat. Med. 25, 4081-4098. Where everybody has the same trials they are participants - 1, and with Kauermann
+and Carroll's covariance the test is the paired t test of what each participant contributes. Participants
+minus parameters would be far too few: the conditions are compared within participants.
 """
 
 import math
@@ -102,8 +102,8 @@ class GeeFit:
     def _enlarged(self, correction: Correction) -> Array | None:
         """Return for each participant the matrix K whose K's is the score with enlarged residuals.
 
-        With A the whitened derivatives, M = A'A and B = LL' the inverse of the sum of M, the leverage is ABA',
-        and its eigenvectors A L v come with those v of L'ML.
+        With A the whitened derivatives, M = A'A and B = LL' the inverse of the sum of M, the leverage is
+        ABA', and its eigenvectors A L v come with those v of L'ML.
         """
         root = np.linalg.cholesky(np.linalg.inv(self.information.sum(axis=0)))
         leverage, vectors = np.linalg.eigh(root.T @ self.information @ root)
@@ -117,8 +117,8 @@ class GeeFit:
     def _degrees_of_freedom(self, weights: Array, enlarged: Array) -> float:
         """Return Satterthwaite's degrees of freedom of an effect's variance.
 
-        The variance is a sum of squares g'g of normal g; its mean is tr G and its variance 2 tr GG, with G the
-        covariance of the g, in which every residual holds a bit of everybody's error.
+        The variance is a sum of squares g'g of normal g; its mean is tr G and its variance 2 tr GG, with G
+        the covariance of the g, in which every residual holds a bit of everybody's error.
         """
         bread = np.linalg.inv(self.information.sum(axis=0))
         rows = np.einsum("gji,j->gi", (bread @ enlarged.transpose(0, 2, 1)).transpose(0, 2, 1), weights)
@@ -176,7 +176,7 @@ def _correlation(rows: BinomialRows, coefficients: Array) -> float:
 def _equations(rows: BinomialRows, coefficients: Array, correlation: float) -> tuple[Array, Array]:
     """Return each participant's information and score.
 
-    The inverse of the correlation matrix (1 - r) I + r J of N answers is (I - r / (1 + (N - 1) r) J) / (1 - r).
+    The correlation matrix (1 - r) I + r J of N answers has the inverse (I - r / (1 + (N - 1) r) J) / (1 - r).
     """
     people = np.eye(int(rows.participant.max()) + 1)[rows.participant]
     means = LOGIT.probability(rows.fixed @ coefficients)
@@ -186,7 +186,9 @@ def _equations(rows: BinomialRows, coefficients: Array, correlation: float) -> t
     shared = correlation / (1 + (trials - 1) * correlation)
     slopes = people.T @ ((rows.trials * np.sqrt(spread))[:, None] * rows.fixed)
     sums = people.T @ (residuals / np.sqrt(spread))
-    information = np.einsum("rg,r,ri,rj->gij", people, rows.trials * spread, rows.fixed, rows.fixed, optimize=True)
+    information = np.einsum(
+        "rg,r,ri,rj->gij", people, rows.trials * spread, rows.fixed, rows.fixed, optimize=True
+    )
     information -= shared[:, None, None] * slopes[:, :, None] * slopes[:, None, :]
     scores = people.T @ (residuals[:, None] * rows.fixed) - (shared * sums)[:, None] * slopes
     return information / (1 - correlation), scores / (1 - correlation)

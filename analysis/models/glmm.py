@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 DEFAULT_NODES = 9
 """Per random effect; more are taken where people differ so much that 9 are too few."""
 
+SINGULAR = 1e-3
+"""A standard deviation of random effects below it is practically zero."""
+
 _MOST_STEPS = 60
 _CONVERGED = 1e-7
 _NEARLY_CONVERGED = 1e-3
@@ -29,7 +32,6 @@ _MORE_NODES = {9: 21, 21: 41}
 _MODE_STEPS = 30
 _MODE_CONVERGED = 1e-9
 _LARGEST_LOGIT = 15.0
-_SINGULAR = 1e-3
 _CORRELATED = 0.999
 
 
@@ -325,7 +327,7 @@ def _result(model: _Model, parameters: Array, converged: bool, information: Arra
 
 def _is_singular(factor: Array) -> bool:
     deviations = np.sqrt((factor**2).sum(axis=1))
-    if deviations.min() < _SINGULAR:
+    if deviations.min() < SINGULAR:
         return True
     correlations = (factor @ factor.T) / np.outer(deviations, deviations)
     return bool((np.abs(correlations[np.tril_indices(len(factor), -1)]) > _CORRELATED).any())

@@ -92,12 +92,12 @@ def other_estimates(rates: Sequence[ParticipantRate], design: Design) -> tuple[O
     tuple of OtherEstimate
         All methods for each comparison; not adjusted, as they are no further tests but the same ones again.
     """
-    return tuple(
-        estimate for compared, at in planned(design) for estimate in _estimates(rates, compared, at)
-    )
+    return tuple(estimate for compared, at in planned(design) for estimate in _estimates(rates, compared, at))
 
 
-def _estimates(rates: Sequence[ParticipantRate], compared: Compared, at: Condition) -> Iterator[OtherEstimate]:
+def _estimates(
+    rates: Sequence[ParticipantRate], compared: Compared, at: Condition
+) -> Iterator[OtherEstimate]:
     found = compared_rows(rates, compared, at)
     if found is None:
         for method in (*GEE_METHODS.values(), CONDITIONAL, FIRTH):

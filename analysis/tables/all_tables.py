@@ -3,6 +3,7 @@
 from analysis.study import Results
 from analysis.tables.comparisons import comparison_table
 from analysis.tables.detectability import detectability_tables
+from analysis.tables.models import model_tables
 from analysis.tables.more_comparisons import more_comparison_tables
 from analysis.tables.order_effects import order_effect_table
 from analysis.tables.rates import rate_tables
@@ -26,6 +27,7 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
         *rate_tables(results),
         comparison_table(results),
         *more_comparison_tables(results),
+        *model_tables(results),
         *detectability_tables(results),
         order_effect_table(results),
     )

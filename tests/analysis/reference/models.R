@@ -66,10 +66,16 @@ add_firth <- function(k, d, model, formula) {
     add(k, model, paste("se", sub("cell", "", name)), errors[[name]])
   }
 }
+add_probit <- function(k, d) {
+  fit <- glmer_quietly(cbind(felt, trials - felt) ~ 0 + cell + (1 | participant), d, binomial("probit"), nAGQ = 25)
+  for (name in names(fixef(fit))) add(k, "probit_25", sub("cell", "", name), fixef(fit)[[name]])
+  add(k, "probit_25", "sd 1", attr(VarCorr(fit)$participant, "stddev")[[1]])
+}
 for (k in unique(studies$study)) {
   d <- droplevels(studies[studies$study == k, ])
   at100 <- droplevels(d[d$modulation_hz == 100, ])
   for (link in c("logit", "probit")) add_means(k, d, link)
+  add_probit(k, d)
   add_gee(k, d, "gee")
   uneven <- transform(d, trials = pmax(felt, 3 + 7 * (seq_len(nrow(d)) %% 2)))
   add_gee(k, uneven, "gee_uneven")
