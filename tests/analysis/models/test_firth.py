@@ -65,7 +65,11 @@ def profile(difference: float) -> float:
 def test_estimate_interval_and_test_are_those_of_plain_maximisation() -> None:
     found = firth_effect(FELT, TRIALS, DESIGN, CONTRAST)
     assert found is not None
-    best = minimize(lambda each: -penalised(each), np.zeros(5), method="BFGS", options={"gtol": 1e-6})
+
+    def loss(coefficients: np.ndarray) -> float:
+        return -penalised(coefficients)
+
+    best = minimize(loss, np.zeros(5), method="BFGS", options={"gtol": 1e-6})
     assert found.logits == pytest.approx(CONTRAST @ best.x, abs=1e-4)
     assert found.statistic == pytest.approx(2 * (-best.fun - profile(0.0)), abs=1e-5)
     level = -best.fun - 3.841458820694124 / 2
