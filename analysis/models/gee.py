@@ -121,7 +121,7 @@ class GeeFit:
         the covariance of the g, in which every residual holds a bit of everybody's error.
         """
         bread = np.linalg.inv(self.information.sum(axis=0))
-        rows = np.einsum("gji,j->gi", (bread @ enlarged.transpose(0, 2, 1)).transpose(0, 2, 1), weights)
+        rows = enlarged @ (bread @ weights)
         carried = np.einsum("gij,gj->gi", self.information, rows)
         products = np.diag(np.einsum("gi,gi->g", rows, carried)) - carried @ bread @ carried.T
         return float(np.trace(products) ** 2 / (products**2).sum())

@@ -75,7 +75,7 @@ class GlmmFit:
     nodes
         Nodes per random effect; 1 is Laplace's approximation.
     converged
-        Whether the steps came to rest.
+        Whether the steps came to rest, where the likelihood is curved in all fixed effects.
     singular
         Whether a variance is practically zero or a correlation practically 1.
     """
@@ -320,7 +320,7 @@ def _result(model: _Model, parameters: Array, converged: bool, information: Arra
         factor=factor,
         log_likelihood=model.log_likelihood(parameters),
         nodes=model.nodes,
-        converged=converged,
+        converged=converged and bool((np.linalg.eigvalsh(covariance[: model.p, : model.p]) > 0).all()),
         singular=_is_singular(factor),
     )
 

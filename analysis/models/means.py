@@ -36,7 +36,7 @@ class ModelMean:
     average, average_interval
         Probability that the average participant feels it; the interval is Wald's in units of the link.
     population, population_interval
-        Probability over all people; the interval is Wald's likewise.
+        Probability over all people; the interval is Wald's likewise, None where the likelihood is flat.
     """
 
     condition: Condition
@@ -45,7 +45,7 @@ class ModelMean:
     average: float
     average_interval: Interval
     population: float
-    population_interval: Interval
+    population_interval: Interval | None
 
 
 def model_mean(fit: GlmmFit, rows: BinomialRows, place: int, cell: Condition, link: Link) -> ModelMean:
@@ -55,7 +55,7 @@ def model_mean(fit: GlmmFit, rows: BinomialRows, place: int, cell: Condition, li
     spread = fit.factor.T @ sides
     population = _over_people(predictor, float(np.linalg.norm(spread)), link)
     gradient = _gradient(fit, place, sides, spread, link)
-    error = math.sqrt(max(0.0, float(gradient @ fit.parameter_covariance @ gradient)))
+    population_variance = float(gradient @ fit.parameter_covariance @ gradient)
     return ModelMean(
         condition=cell,
         predictor=predictor,
@@ -63,17 +63,21 @@ def model_mean(fit: GlmmFit, rows: BinomialRows, place: int, cell: Condition, li
         average=_probability(predictor, link),
         average_interval=_back(wald_interval(predictor, math.sqrt(variance)), link),
         population=_probability(population, link),
-        population_interval=_back(wald_interval(population, error), link),
+        population_interval=_back(wald_interval(population, math.sqrt(population_variance)), link)
+        if population_variance > 0
+        else None,
     )
 
 
 def _over_people(predictor: float, deviation: float, link: Link) -> float:
     """Return the population's probability in units of the link.
 
-    The sum over an even grid is exact to many digits: the function is analytic and ends at nothing.
+    The sum over an even grid is exact to many digits: the function is analytic and ends at nothing. Both
+    links are symmetric; the smaller of the two probabilities has more digits.
     """
-    probability = _NORMAL_WEIGHTS @ link.probability(predictor + deviation * _NORMAL_GRID)
-    return float(link.predictor(np.asarray(probability)))
+    probability = _NORMAL_WEIGHTS @ link.probability(-abs(predictor) + deviation * _NORMAL_GRID)
+    lower = float(link.predictor(np.asarray(probability)))
+    return lower if predictor < 0 else -lower
 
 
 def _gradient(fit: GlmmFit, place: int, sides: Array, spread: Array, link: Link) -> Array:

@@ -100,8 +100,10 @@ def _estimates(
 ) -> Iterator[OtherEstimate]:
     found = compared_rows(rates, compared, at)
     if found is None:
+        there = [rate for rate in rates if set(at) <= set(rate.condition) and rate.n > 0]
+        counts = len({rate.participant for rate in there}), sum(rate.n for rate in there)
         for method in (*GEE_METHODS.values(), CONDITIONAL, FIRTH):
-            yield OtherEstimate(compared, at, method, 0, 0, note=_NOT_COMPARED)
+            yield OtherEstimate(compared, at, method, *counts, note=_NOT_COMPARED)
         return
     rows, weights = found
     yield from _gee(rows, weights, compared, at)

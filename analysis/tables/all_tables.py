@@ -6,6 +6,7 @@ from analysis.tables.detectability import detectability_tables
 from analysis.tables.models import model_tables
 from analysis.tables.more_comparisons import more_comparison_tables
 from analysis.tables.order_effects import order_effect_table
+from analysis.tables.other_models import other_model_tables
 from analysis.tables.rates import rate_tables
 from analysis.tables.table import ResultTable
 
@@ -28,6 +29,7 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
         comparison_table(results),
         *more_comparison_tables(results),
         *model_tables(results),
+        *other_model_tables(results),
         *detectability_tables(results),
         order_effect_table(results),
     )

@@ -1,4 +1,4 @@
-"""The tables of models: means and effects by a mixed model of all answers, other models, Firth's logits."""
+"""The tables of the mixed models of all answers: means, simple effects, and how they were fitted."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -7,9 +7,7 @@ from analysis.design import Condition, format_level
 from analysis.intervals import Interval
 from analysis.models.cell_model import CellModel, LinkName, SimpleEffect
 from analysis.models.cells import Compared, planned
-from analysis.models.conditions import ConditionLogit
 from analysis.models.means import ModelMean
-from analysis.models.other_models import OtherEstimate
 from analysis.study import Results
 from analysis.tables.table import (
     ResultTable,
@@ -24,15 +22,15 @@ from analysis.tables.table import (
 from analysis.wording import levels_text
 from autd_trials.records.table import Column
 
-_PARTICIPANTS = Column("participants", "Number of participants who tell something about it.")
-_TRIALS = Column("trials", "Number of their trials counted.")
-_READING = Column("reading", "The estimate in words.")
-_COMPARED = (
+PARTICIPANTS = Column("participants", "Number of participants who tell something about it.")
+TRIALS = Column("trials", "Number of their trials counted.")
+READING = Column("reading", "The estimate in words.")
+COMPARED = (
     Column("factor", "The factor compared, whose slope varies over participants; n/a: none is compared."),
     Column("first", "The level subtracted from."),
     Column("second", "The level subtracted."),
 )
-_AT = Column("at", "The level of the other factor at which they were compared; n/a: the mean over all.")
+AT = Column("at", "The level of the other factor at which they were compared; n/a: the mean over all.")
 _LINK = Column(
     "link",
     "What the model is linear in.",
@@ -47,9 +45,9 @@ _MEANS = (
     Column("population", "Probability over all people: the average over the random effects."),
     Column("population_low", "Lower end of its Wald 95 % interval (delta method)."),
     Column("population_high", "Upper end of its Wald 95 % interval (delta method)."),
-    _PARTICIPANTS,
-    _TRIALS,
-    _READING,
+    PARTICIPANTS,
+    TRIALS,
+    READING,
 )
 _EFFECTS = (
     Column("difference", "First minus second in units of the link, for the average participant."),
@@ -59,9 +57,9 @@ _EFFECTS = (
     Column("z", "Statistic of Wald's test, two-sided."),
     Column("p", "Its p."),
     Column("p_holm", "Its p after Holm's adjustment over the simple effects of this model."),
-    _PARTICIPANTS,
-    _TRIALS,
-    _READING,
+    PARTICIPANTS,
+    TRIALS,
+    READING,
 )
 _FIT = (
     Column("method", "How the likelihood was approximated."),
@@ -80,84 +78,60 @@ _FIT = (
     ),
     Column("interaction_df", "Its degrees of freedom."),
     Column("interaction_p", "Its p, not adjusted."),
-    _PARTICIPANTS,
-    _TRIALS,
+    PARTICIPANTS,
+    TRIALS,
 )
-_OTHER = (
-    Column("method", "The model, and for GEE (population-averaged) the correction for few participants."),
-    Column("logits", "Difference in logits, first minus second; n/a where undefined."),
-    Column("standard_error", "Its standard error."),
-    Column("interval_low", "Lower end of its 95 % interval: t for GEE, Wald, or profile for Firth."),
-    Column("interval_high", "Upper end of its 95 % interval."),
-    Column("wald", "Estimate over standard error."),
-    Column("df", "Satterthwaite's degrees of freedom of it; n/a: normal."),
-    Column("wald_p", "Its two-sided p, not adjusted."),
-    Column("lr", "Statistic of the (for Firth: penalised) likelihood-ratio test, one degree of freedom."),
-    Column("lr_p", "Its p, not adjusted."),
-    _PARTICIPANTS,
-    _TRIALS,
-    _READING,
-)
-_FIRTH = (
-    Column("separated", "Whether all or none were felt, so that the plain logit is infinite."),
-    Column("logit", "Firth's estimate: log of (felt + 1/2) / (not felt + 1/2)."),
-    Column("standard_error", "Its standard error."),
-    Column("interval_low", "Lower end of its 95 % profile interval, answers taken as independent."),
-    Column("interval_high", "Upper end of its 95 % profile interval."),
-    Column("probability", "The same as a probability: (felt + 1/2) / (trials + 1)."),
-    Column("felt", "Number of trials answered as felt, of all participants."),
-    _PARTICIPANTS,
-    _TRIALS,
-    _READING,
-)
-
-_NOTHING_COMPARED: Row = {"notes": "the protocol plans no comparison"}
+NOTHING_COMPARED: Row = {"notes": "the protocol plans no comparison"}
 _NO_TRIALS = "a condition has no trials"
 
 
 def model_tables(results: Results) -> tuple[ResultTable, ...]:
-    """Return means, effects and fit of the mixed models, the other models, and Firth's logits."""
+    """Return means, effects and fit of the mixed models."""
     cells, simulated = factor_columns(results.trials.design.factors), results.simulated
     models = results.cell_models
     return (
         result_table(
             "model_means",
             "Every condition's mean by a mixed model of all answers.",
-            (_LINK, *_COMPARED, *cells, *_MEANS),
+            (_LINK, *COMPARED, *cells, *_MEANS),
             (_mean_row(model, rate.condition) for model in models for rate in results.rates),
             simulated=simulated,
         ),
         result_table(
             "model_effects",
             "Simple effects of what is compared by the same models.",
-            (_LINK, *_COMPARED, _AT, *_EFFECTS),
+            (_LINK, *COMPARED, AT, *_EFFECTS),
             (row for model in models for row in _effect_rows(model, planned(results.trials.design))),
             simulated=simulated,
-            or_else=_NOTHING_COMPARED,
+            or_else=NOTHING_COMPARED,
         ),
         result_table(
             "model_fit",
             "How these models were fitted, how participants vary, and the interaction.",
-            (_LINK, *_COMPARED, *_FIT),
+            (_LINK, *COMPARED, *_FIT),
             map(_fit_row, models),
             simulated=simulated,
         ),
-        result_table(
-            "other_models",
-            "The planned comparisons by other models: GEE, conditional logistic and Firth's logistic.",
-            (*_COMPARED, _AT, *_OTHER),
-            map(_other_row, results.other_estimates),
-            simulated=simulated,
-            or_else=_NOTHING_COMPARED,
-        ),
-        result_table(
-            "firth_logits",
-            "Every condition's logit with Firth's penalty, finite also where all or none were felt. Answers "
-            "are taken as independent, so the intervals are too narrow where people differ.",
-            (*cells, *_FIRTH),
-            map(_firth_row, results.condition_logits),
-            simulated=simulated,
-        ),
+    )
+
+
+def compared_cells(compared: Compared) -> dict[str, Value]:
+    """Return the cells that say what was compared."""
+    return {
+        "factor": compared.factor,
+        "first": format_level(compared.first),
+        "second": format_level(compared.second),
+    }
+
+
+def odds_reading(compared: Compared, logits: float | None, interval: Interval | None) -> str | None:
+    """Return a difference in logits as a ratio of odds, in words."""
+    if logits is None or interval is None:
+        return None
+    first, second = format_level(compared.first), format_level(compared.second)
+    return (
+        f"the odds of feeling are {_ratio(logits)} times as high with {first} as with {second} "
+        f"(95 %: {_ratio(interval.low)} to {_ratio(interval.high)})"
     )
 
 
@@ -220,58 +194,13 @@ def _fit_row(model: CellModel) -> Row:
     }
 
 
-def _other_row(found: OtherEstimate) -> Row:
-    return {
-        **_compared_cells(found.compared),
-        "at": levels_text(found.at),
-        "method": found.method,
-        "logits": iterated(found.logits),
-        "standard_error": iterated(found.standard_error),
-        **_ends("interval", found.interval),
-        "wald": iterated(found.wald),
-        "df": iterated(found.df),
-        "wald_p": iterated(found.wald_p),
-        "lr": iterated(found.ratio),
-        "lr_p": iterated(found.ratio_p),
-        "participants": found.participants,
-        "trials": found.trials,
-        "reading": _odds_reading(found.compared, found.logits, found.interval),
-        "notes": found.note,
-    }
-
-
-def _firth_row(found: ConditionLogit) -> Row:
-    effect = found.effect
-    return {
-        **dict(found.condition),
-        "separated": found.separated,
-        "logit": iterated(effect.logits) if effect else None,
-        "standard_error": iterated(effect.standard_error) if effect else None,
-        **_ends("interval", effect.interval if effect else None),
-        "probability": iterated(found.probability),
-        "felt": found.felt,
-        "participants": found.participants,
-        "trials": found.trials,
-        "reading": None if found.probability is None else f"felt with probability {found.probability:.2f}",
-        "notes": None if effect else "no trials",
-    }
-
-
 def _model_cells(model: CellModel) -> dict[str, Value]:
     return {
         "link": model.link,
-        **(_compared_cells(model.compared) if model.compared else {}),
+        **(compared_cells(model.compared) if model.compared else {}),
         "participants": model.participants,
         "trials": model.trials,
         "notes": "; ".join(model.notes) or None,
-    }
-
-
-def _compared_cells(compared: Compared) -> dict[str, Value]:
-    return {
-        "factor": compared.factor,
-        "first": format_level(compared.first),
-        "second": format_level(compared.second),
     }
 
 
@@ -292,7 +221,7 @@ def _mean_reading(mean: ModelMean) -> str:
 
 def _effect_reading(compared: Compared, link: LinkName, effect: SimpleEffect) -> str | None:
     if link == "logit":
-        return _odds_reading(compared, effect.difference, effect.interval)
+        return odds_reading(compared, effect.difference, effect.interval)
     more = "higher" if effect.difference > 0 else "lower"
     return (
         f"{abs(effect.difference):.2g} standard deviations of noise {more} with "
@@ -300,15 +229,8 @@ def _effect_reading(compared: Compared, link: LinkName, effect: SimpleEffect) ->
     )
 
 
-def _odds_reading(compared: Compared, logits: float | None, interval: Interval | None) -> str | None:
-    if logits is None or interval is None:
-        return None
-    ratio, low, high = (math.exp(each) for each in (logits, interval.low, interval.high))
-    return (
-        f"the odds of feeling are {_plain(ratio)} times as high with {format_level(compared.first)} as with "
-        f"{format_level(compared.second)} (95 %: {_plain(low)} to {_plain(high)})"
-    )
-
-
-def _plain(ratio: float) -> str:
+def _ratio(logits: float) -> str:
+    if logits > math.log(1e6):
+        return "more than a million"
+    ratio = math.exp(logits)
     return f"{ratio:.0f}" if ratio >= 10 else f"{ratio:.2g}"

@@ -69,6 +69,7 @@ def test_the_populations_probability_is_the_integral_over_people() -> None:
         whole = quad(lambda u, m=mean, s=spread: expit(m.predictor + s * u) * norm.pdf(u), -9, 9)[0]
         assert mean.population == pytest.approx(whole, abs=1e-9)
         assert abs(mean.population - 0.5) < abs(mean.average - 0.5)
+        assert mean.population_interval is not None
         assert mean.population_interval.low < mean.population < mean.population_interval.high
 
 
@@ -101,6 +102,7 @@ def test_the_populations_interval_is_the_delta_method_with_all_parameters() -> N
         gradient = np.array(slopes) / 2e-4
         error = math.sqrt(gradient @ fit.parameter_covariance @ gradient)
         middle = logit(mean.population)
+        assert mean.population_interval is not None
         assert logit(mean.population_interval.high) - middle == pytest.approx(1.959964 * error, rel=1e-3)
         assert middle - logit(mean.population_interval.low) == pytest.approx(1.959964 * error, rel=1e-3)
 
