@@ -152,7 +152,13 @@ def t_interval(values: Sequence[float], *, bounds: tuple[float, float] | None = 
     return Interval(low, high)
 
 
-def t_quantile(df: int) -> float:
+def wald_interval(estimate: float, standard_error: float) -> Interval:
+    """Return the interval of an estimate that is normally distributed, as in large samples."""
+    half_width = statistics.NormalDist().inv_cdf((1 + CONFIDENCE) / 2) * standard_error
+    return Interval(estimate - half_width, estimate + half_width)
+
+
+def t_quantile(df: float) -> float:
     """Return the two-sided 95 % point of Student's t with `df` degrees of freedom."""
     from scipy.special import stdtrit
 

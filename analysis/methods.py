@@ -49,6 +49,21 @@ METHODS: Mapping[str, str] = {
         "Where all or none were felt in a condition, half an answer of each kind is added to every condition "
         "(Firth's penalty)."
     ),
+    "model_means": (
+        "Mixed model of all answers, otherwise like that of a comparison, with logit and with probit link. "
+        "Means are those of the average participant, whose random effects are zero, and those of the "
+        "population, averaged over the normal distribution of random effects; intervals are Wald's on the "
+        "scale of the link (delta method). Simple effects: Wald's z test, Holm's adjustment over those of a "
+        "model; interaction: likelihood-ratio test that they are all the same, not adjusted."
+    ),
+    "other_models": (
+        "GEE (population-averaged logits, exchangeable correlation) with the uncorrected sandwich, Kauermann "
+        "and Carroll's and Mancl and DeRouen's covariance, t with Satterthwaite's degrees of freedom "
+        "(McCaffrey and Bell): of the three, Kauermann and Carroll's is the one to use. Conditional logistic "
+        "regression and Firth's, with a level for each participant, take the difference for the same in all "
+        "people: their errors are too small where it is not. Firth's interval and test are by the penalised "
+        "profile likelihood. Not adjusted."
+    ),
     "interaction": (
         "Interaction of a planned comparison with the other factor: Hotelling's T squared of participants' "
         "differences, and exact sign flips of each participant's contrasts (squared length of their sum); "

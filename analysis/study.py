@@ -7,6 +7,9 @@ from analysis.comparisons import ComparisonResult, planned_comparisons
 from analysis.detectability import Detectability, GroupDetectability, detectability
 from analysis.detectability import over_participants as mean_detectability
 from analysis.interaction import Interaction, Trend, interactions, trends
+from analysis.models.cell_model import CellModel, cell_models
+from analysis.models.conditions import ConditionLogit, condition_logits
+from analysis.models.other_models import OtherEstimate, other_estimates
 from analysis.order_effects import OrderEffect, order_effects
 from analysis.pooled import WARNING as POOLED_WARNING
 from analysis.pooled import PooledTests, pooled_tests
@@ -45,6 +48,12 @@ class Results:
         Whether and how the compared differences depend on the other factor.
     order_effects
         Whether answers depend on when they were given.
+    cell_models
+        Mixed models of all answers: conditions' means and simple effects, by logit and probit.
+    other_estimates
+        The planned comparisons by GEE, conditional logistic regression and Firth's penalty.
+    condition_logits
+        Every condition's logit with Firth's penalty.
     pooled
         Tests that take people for alike; None if they were not asked for.
     thresholds, threshold_comparisons
@@ -62,6 +71,9 @@ class Results:
     interactions: tuple[Interaction, ...]
     trends: tuple[Trend, ...]
     order_effects: tuple[OrderEffect, ...]
+    cell_models: tuple[CellModel, ...]
+    other_estimates: tuple[OtherEstimate, ...]
+    condition_logits: tuple[ConditionLogit, ...]
     pooled: tuple[PooledTests, ...] | None
     thresholds: tuple[Threshold, ...]
     threshold_comparisons: tuple[ThresholdComparison, ...]
@@ -113,22 +125,26 @@ def analyse(study: Path, *, pooled: bool = False) -> Results:
 def results_of(trials: Trials, *, pooled: bool = False) -> Results:
     """Return all results of trials that were read."""
     rates = detection_rates(trials)
-    adaptive = trials.design.method is not None
+    conditions = over_participants(rates)
+    steered = trials.design.method is not None  # by an adaptive method: rates tell nothing of conditions
+    comparisons = () if steered else planned_comparisons(rates, trials.design)
     found = thresholds(trials)
-    comparisons = () if adaptive else planned_comparisons(rates, trials.design)
     false_alarms_by_block = false_alarm_rates(trials)
     false_alarms = _with_all_blocks(false_alarms_by_block)
     return Results(
         trials=trials,
         participant_rates=rates,
-        rates=over_participants(rates),
+        rates=conditions,
         participant_false_alarms=false_alarms,
         false_alarms=None if false_alarms is None else over_participants(false_alarms),
         comparisons=comparisons,
-        detectability=None if adaptive else detectability(rates, false_alarms_by_block),
+        detectability=None if steered else detectability(rates, false_alarms_by_block),
         interactions=interactions(comparisons),
         trends=trends(comparisons),
-        order_effects=() if adaptive else order_effects(trials),
+        order_effects=() if steered else order_effects(trials),
+        cell_models=() if steered else cell_models(rates, trials.design),
+        other_estimates=() if steered else other_estimates(rates, trials.design),
+        condition_logits=() if steered else condition_logits(conditions),
         pooled=pooled_tests(rates, comparisons) if pooled else None,
         thresholds=found,
         threshold_comparisons=compared_thresholds(found, trials.design),

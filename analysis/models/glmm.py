@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 DEFAULT_NODES = 9
 """Per random effect; more are taken where people differ so much that 9 are too few."""
 
+SINGULAR = 1e-3
+"""A standard deviation of random effects below it is practically zero."""
+
 _MOST_STEPS = 60
 _CONVERGED = 1e-7
 _NEARLY_CONVERGED = 1e-3
@@ -29,7 +32,6 @@ _MORE_NODES = {9: 21, 21: 41}
 _MODE_STEPS = 30
 _MODE_CONVERGED = 1e-9
 _LARGEST_LOGIT = 15.0
-_SINGULAR = 1e-3
 _CORRELATED = 0.999
 
 
@@ -64,8 +66,8 @@ class GlmmFit:
     ----------
     coefficients
         Fixed effects in units of the link (logits), shape (p,).
-    covariance
-        Of the fixed effects, shape (p, p), from the observed information of all parameters.
+    parameter_covariance
+        Of the fixed effects and then the entries of the factor, row by row, from the observed information.
     factor
         Lower triangular factor of the random effects' covariance, (q, q); its diagonal is not negative.
     log_likelihood
@@ -73,18 +75,24 @@ class GlmmFit:
     nodes
         Nodes per random effect; 1 is Laplace's approximation.
     converged
-        Whether the steps came to rest.
+        Whether the steps came to rest, where the likelihood is curved in all fixed effects.
     singular
         Whether a variance is practically zero or a correlation practically 1.
     """
 
     coefficients: Array
-    covariance: Array
+    parameter_covariance: Array
     factor: Array
     log_likelihood: float
     nodes: int
     converged: bool
     singular: bool
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the fixed effects, shape (p, p)."""
+        count = len(self.coefficients)
+        return self.parameter_covariance[:count, :count]
 
     @property
     def standard_deviations(self) -> Array:
@@ -302,21 +310,24 @@ def _hessian(function: Callable[[Array], float], at: Array, step: float = 1e-3) 
 
 def _result(model: _Model, parameters: Array, converged: bool, information: Array) -> GlmmFit:
     beta, factor = model.split(parameters)
-    factor = factor * np.where(np.diag(factor) < 0, -1.0, 1.0)  # the sign of a column means nothing
+    signs = np.where(np.diag(factor) < 0, -1.0, 1.0)  # the sign of a column means nothing
+    turned = np.concatenate([np.ones(model.p), signs[model.lower[1]]])
+    covariance = np.asarray(np.linalg.pinv(information, hermitian=True), float)
+    factor = factor * signs
     return GlmmFit(
         coefficients=beta,
-        covariance=np.asarray(np.linalg.pinv(information, hermitian=True)[: model.p, : model.p], float),
+        parameter_covariance=covariance * np.outer(turned, turned),
         factor=factor,
         log_likelihood=model.log_likelihood(parameters),
         nodes=model.nodes,
-        converged=converged,
+        converged=converged and bool((np.linalg.eigvalsh(covariance[: model.p, : model.p]) > 0).all()),
         singular=_is_singular(factor),
     )
 
 
 def _is_singular(factor: Array) -> bool:
     deviations = np.sqrt((factor**2).sum(axis=1))
-    if deviations.min() < _SINGULAR:
+    if deviations.min() < SINGULAR:
         return True
     correlations = (factor @ factor.T) / np.outer(deviations, deviations)
     return bool((np.abs(correlations[np.tril_indices(len(factor), -1)]) > _CORRELATED).any())

@@ -3,8 +3,10 @@
 from analysis.study import Results
 from analysis.tables.comparisons import comparison_table
 from analysis.tables.detectability import detectability_tables
+from analysis.tables.models import model_tables
 from analysis.tables.more_comparisons import more_comparison_tables
 from analysis.tables.order_effects import order_effect_table
+from analysis.tables.other_models import other_model_tables
 from analysis.tables.rates import rate_tables
 from analysis.tables.table import ResultTable
 from analysis.tables.thresholds import threshold_tables
@@ -21,14 +23,17 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
     Returns
     -------
     tuple of ResultTable
-        The same tables for every study, and those of thresholds where a method was adaptive; what is
-        undefined is said in a row of its own.
+        The same tables for every study of a kind (constant stimuli, or levels chosen by an adaptive method);
+        what is undefined is said in a row of its own.
     """
+    if results.trials.design.method is not None:
+        return (*rate_tables(results), *threshold_tables(results))
     return (
         *rate_tables(results),
         comparison_table(results),
         *more_comparison_tables(results),
         *detectability_tables(results),
         order_effect_table(results),
-        *threshold_tables(results),
+        *model_tables(results),
+        *other_model_tables(results),
     )

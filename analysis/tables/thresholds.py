@@ -60,9 +60,7 @@ _COMPARISON = (
 
 
 def threshold_tables(results: Results) -> tuple[ResultTable, ...]:
-    """Return thresholds over participants, of each, and compared; none without an adaptive method."""
-    if results.trials.design.method is None:
-        return ()
+    """Return thresholds over participants, of each, and compared."""
     cells = factor_columns(results.trials.design.factors)
     return (
         result_table(

@@ -1,41 +1,17 @@
 """Mixed models against R's lme4 (reference/glmm.R) and against integrals computed otherwise."""
 
-import csv
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
 from scipy.special import expit
 
 from analysis.models.glmm import BinomialRows, fit_glmm, likelihood_ratio
-
-REFERENCE = Path(__file__).parents[1] / "reference"
-CELLS = [f"{frequency} {clothing}" for frequency in (25, 50, 100) for clothing in ("inner", "both")]
-STUDIES = [1, 2, 3, 4, 5]
-
-
-def study(number: int, *, slope: bool = True) -> BinomialRows:
-    with (REFERENCE / "glmm_studies.csv").open() as file:
-        lines = [line for line in csv.DictReader(file) if line["study"] == str(number)]
-    cells = [CELLS.index(f"{line['modulation_hz']} {line['clothing']}") for line in lines]
-    sides = np.array([0.5 if line["clothing"] == "both" else -0.5 for line in lines])
-    ones = np.ones(len(lines))
-    return BinomialRows(
-        felt=np.array([float(line["felt"]) for line in lines]),
-        trials=np.array([float(line["trials"]) for line in lines]),
-        fixed=np.eye(len(CELLS))[cells],
-        random=np.column_stack([ones, sides]) if slope else ones[:, None],
-        participant=np.array([int(line["participant"]) - 1 for line in lines]),
-    )
+from analysis.models.links import PROBIT
+from tests.analysis.models.studies import CELLS, STUDIES, r_values, study
 
 
 def lme4(number: int, model: str) -> dict[str, float]:
-    with (REFERENCE / "glmm.csv").open() as file:
-        lines = [
-            line for line in csv.DictReader(file) if (line["study"], line["model"]) == (str(number), model)
-        ]
-    return {line["name"]: float(line["value"]) for line in lines}
+    return r_values("glmm.csv", number, model)
 
 
 @pytest.mark.parametrize("number", STUDIES)
@@ -67,6 +43,14 @@ def test_the_likelihood_ratio_is_that_of_glmer(number: int) -> None:
     statistic, p = likelihood_ratio(fit_glmm(full, nodes=1), fit_glmm(reduced, nodes=1), df=1)
     assert statistic == pytest.approx(lme4(number, "slope_laplace")["lr 100"], abs=5e-3)
     assert 0 <= p <= 1
+
+
+@pytest.mark.parametrize("number", STUDIES)
+def test_probit_by_quadrature_is_that_of_glmer_with_25_nodes(number: int) -> None:
+    expected = r_values("models.csv", number, "probit_25")
+    fit = fit_glmm(study(number, slope=False), link=PROBIT)
+    assert fit.coefficients == pytest.approx([expected[cell] for cell in CELLS], abs=1e-3)
+    assert fit.standard_deviations == pytest.approx([expected["sd 1"]], abs=1e-3)
 
 
 def test_the_likelihood_is_the_integral() -> None:
