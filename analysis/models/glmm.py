@@ -133,6 +133,16 @@ def likelihood_ratio(full: GlmmFit, reduced: GlmmFit, df: int) -> tuple[float, f
     return statistic, float(chdtrc(df, statistic))
 
 
+@dataclass(frozen=True, eq=False)
+class _Integrals:
+    """Each participant's log likelihood, and of the nodes: posterior weights, places u, rows' predictors."""
+
+    values: Array
+    weights: Array
+    places: Array
+    predictors: Array
+
+
 class _Model:
     """The rows by participant, padded with rows without trials, and the likelihood's derivatives."""
 
@@ -183,51 +193,66 @@ class _Model:
 
     def log_likelihood(self, parameters: Array) -> float:
         """Return the marginal log likelihood."""
-        return float(self._integrate(parameters)[0].sum())
+        return float(self._integrate(parameters).values.sum())
 
     def derivatives(self, parameters: Array) -> tuple[float, Array, Array]:
         """Return the marginal log likelihood, its gradient, and the observed information."""
-        values, weights, places = self._integrate(parameters)
-        groups, count, _ = places.shape
-        predictors = self._predictors(parameters, places)
-        felt, trials = self.felt[:, None], self.trials[:, None]
-        slopes, curvatures = self.link.derivatives(felt, trials, predictors)
-        # how predictors move with the parameters: x, and z times u for each entry of the factor
-        columns = np.empty((groups, count, self.fixed.shape[1], self.p + len(self.lower[0])))
-        columns[..., : self.p] = self.fixed[:, None]
-        rows_of, columns_of = self.lower
-        columns[..., self.p :] = self.random[:, None][..., rows_of] * places[:, :, None, :][..., columns_of]
-        scores = np.einsum("gkr,gkrj->gkj", slopes, columns)
-        gradient_of = np.einsum("gk,gkj->gj", weights, scores)
-        spread = weights[..., None] * curvatures
-        flat = columns.reshape(-1, columns.shape[-1])
-        information = flat.T @ (spread.reshape(-1, 1) * flat)
-        information -= np.einsum("gk,gki,gkj->ij", weights, scores, scores, optimize=True)
+        at = self._integrate(parameters)
+        slopes, curvatures = self.link.derivatives(self.felt[:, None], self.trials[:, None], at.predictors)
+        scores = self._scores(slopes, at.places)
+        weighted = at.weights[..., None] * scores
+        gradient_of = weighted.sum(axis=1)
+        information = self._curvature(at.weights[..., None] * curvatures, at.places)
+        information -= np.tensordot(weighted, scores, axes=([0, 1], [0, 1]))
         information += gradient_of.T @ gradient_of
-        return float(values.sum()), gradient_of.sum(axis=0), information
+        return float(at.values.sum()), gradient_of.sum(axis=0), information
 
-    def _integrate(self, parameters: Array) -> tuple[Array, Array, Array]:
-        """Return each participant's log likelihood, the nodes' posterior weights, and the nodes."""
+    def _scores(self, slopes: Array, places: Array) -> Array:
+        """Return the log likelihood's slopes at each node, shape (groups, nodes, parameters).
+
+        A predictor moves with b as x does, and with each entry of the factor as z times u.
+        """
+        rows_of, columns_of = self.lower
+        of_factor = (slopes @ self.random)[..., rows_of] * places[..., columns_of]
+        return np.concatenate([slopes @ self.fixed, of_factor], axis=2)
+
+    def _curvature(self, spread: Array, places: Array) -> Array:
+        """Return the nodes' mean curvature by the parameters, from the rows' moments of u over the nodes."""
+        rows_of, columns_of = self.lower
+        groups, _, q = places.shape
+        over_nodes = spread.transpose(0, 2, 1)
+        first = (over_nodes @ places)[..., columns_of] * self.random[..., rows_of]
+        squares = (places[..., None] * places[..., None, :]).reshape(groups, -1, q * q)
+        second = (over_nodes @ squares).reshape(groups, -1, q, q)
+        second = second[..., columns_of[:, None], columns_of]
+        outer = self.random[..., rows_of, None] * self.random[..., None, rows_of]
+        return np.block(
+            [
+                [self._over_rows(spread.sum(axis=1)[..., None] * self.fixed), self._over_rows(first)],
+                [self._over_rows(first).T, (second * outer).sum(axis=(0, 1))],
+            ]
+        )
+
+    def _over_rows(self, values: Array) -> Array:
+        """Return the sum over all rows of the fixed design times values."""
+        found: Array = np.tensordot(self.fixed, values, axes=([0, 1], [0, 1]))
+        return found
+
+    def _integrate(self, parameters: Array) -> "_Integrals":
         beta, factor = self.split(parameters)
         effects = self.random @ factor
         base = self.fixed @ beta
         modes, curvature = self._find_modes(base, effects)
         scale = np.linalg.inv(np.linalg.cholesky(curvature)).transpose(0, 2, 1)
-        places = modes[:, None] + np.einsum("gij,kj->gki", scale, self.points)
-        predictors = base[:, None] + np.einsum("grq,gkq->gkr", effects, places)
+        places = modes[:, None] + (scale[:, None] @ self.points[..., None])[..., 0]
+        predictors = base[:, None] + places @ effects.transpose(0, 2, 1)
         logs = self.link.log_likelihood(self.felt[:, None], self.trials[:, None], predictors).sum(axis=2)
         logs += self.log_weights + 0.5 * (self.points**2).sum(axis=1) - 0.5 * (places**2).sum(axis=2)
         largest = logs.max(axis=1, keepdims=True)
         shares = np.exp(logs - largest)
         totals = shares.sum(axis=1, keepdims=True)
         values = (largest + np.log(totals))[:, 0] + np.log(np.abs(np.linalg.det(scale)))
-        return values, shares / totals, places
-
-    def _predictors(self, parameters: Array, places: Array) -> Array:
-        beta, factor = self.split(parameters)
-        effects = np.einsum("grq,gkq->gkr", self.random @ factor, places)
-        predictors: Array = (self.fixed @ beta)[:, None] + effects
-        return predictors
+        return _Integrals(values, shares / totals, places, predictors)
 
     def _find_modes(self, base: Array, effects: Array) -> tuple[Array, Array]:
         """Return the modes of the participants' posteriors of u, and the curvature there."""
