@@ -10,6 +10,7 @@ predictor is linear in b and L given u. So plain Newton steps do.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -358,6 +359,7 @@ def _is_singular(factor: Array) -> bool:
     return bool((np.abs(correlations[np.tril_indices(len(factor), -1)]) > _CORRELATED).any())
 
 
+@lru_cache(maxsize=16)
 def _hermite(nodes: int, dimensions: int) -> tuple[Array, Array]:
     """Return nodes and log weights for integrals over a standard normal density, shape (k, q) and (k,)."""
     x, w = np.polynomial.hermite_e.hermegauss(nodes)

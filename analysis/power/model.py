@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Protocol as Interface
 
@@ -16,6 +17,8 @@ from autd_trials.participants.simulated import CLOTHING_LAYERS
 from autd_trials.participants.traits import Layer
 from autd_trials.protocol.plan import make_plan
 from autd_trials.protocol.schema import Level, Protocol
+
+_PEOPLE, _SEED = 20_000, 1
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -93,10 +96,45 @@ class StudyModel:
     contrasts: tuple[PlannedContrast, ...]
     population: Population
 
-    def simulate(self, studies: int, participants: int, generator: np.random.Generator) -> Counts:
-        """Return how often the stimuli were felt, shape (studies, participants, cells)."""
-        chances = self.population.probabilities((studies, participants), generator)
+    def people(self, studies: int, participants: int, generator: np.random.Generator) -> Array:
+        """Draw people; return how likely each feels the stimulus, shape (studies, participants, cells)."""
+        return self.population.probabilities((studies, participants), generator)
+
+    def answers(self, chances: Array, generator: np.random.Generator) -> Counts:
+        """Return how often people feel the stimuli, of the same shape as their chances."""
         return generator.binomial(self.trials, chances)
+
+    @cached_property
+    def mean_logits(self) -> Array:
+        """Mean over people of the logits of their chances, by a draw of 20,000, shape (cells,)."""
+        from scipy.special import logit
+
+        chances = self.population.probabilities((_PEOPLE,), np.random.default_rng(_SEED))
+        mean: Array = logit(chances).mean(axis=0)
+        return mean
+
+    def without_difference(
+        self, chances: Array, contrast: "PlannedContrast", generator: np.random.Generator
+    ) -> Array:
+        """Return people's chances in the compared cells if these did not differ on average.
+
+        People keep their slopes: from each one's difference of logits the mean over people is taken away, and
+        what is left has either sign as likely, so that no test of any kind has a difference to find.
+
+        Returns
+        -------
+        ndarray
+            Shape (studies, participants, 2, compared cells on each side).
+        """
+        from scipy.special import expit, logit
+
+        first, second = list(contrast.first), list(contrast.second)
+        logits = logit(chances[..., [first, second]])
+        middle = logits.mean(axis=-2)
+        shift = self.mean_logits[first] - self.mean_logits[second]
+        half = (logits[..., 0, :] - logits[..., 1, :] - shift) / 2
+        half = half * generator.choice((-1.0, 1.0), (*half.shape[:-1], 1))
+        return np.stack([expit(middle + half), expit(middle - half)], axis=-2)
 
 
 def study_model(

@@ -37,12 +37,13 @@ class PowerRow:
     power_holm
         The same after Holm's adjustment over all planned comparisons.
     false_positives, false_positives_interval
-        The same as power in studies without a difference: the same people, but which level is which is drawn
-        anew for each of them, so that they differ in their slopes as before.
+        The same as power in studies without a difference: the same people with the same slopes, but for their
+        mean.
     not_tested
         Share in which the test could not be made; they count as not found.
-    interval_width
-        Mean width of the 95 % t interval of the difference of rates.
+    interval_width, interval
+        Mean width of the 95 % interval that goes with the test, and which interval it is: Student's t of the
+        difference of rates, or Wald's of the difference in logits. Studies that gave none are left out.
     """
 
     participants: int
@@ -55,7 +56,8 @@ class PowerRow:
     false_positives: float
     false_positives_interval: Interval | None
     not_tested: float
-    interval_width: float
+    interval_width: float | None
+    interval: str
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,12 @@ class Question:
     alpha: float = 0.05
     seed: int = 1
 
+
+INTERVALS: dict[TestName, str] = {
+    "sign_flip": "t, difference of rates",
+    "paired_t": "t, difference of rates",
+    "mixed_model": "Wald, logits",
+}
 
 Progress = Callable[[float], None]
 
@@ -111,6 +119,7 @@ def power_analysis(
         for participants in question.participants
         for number, start in enumerate(starts)
     ]
+    model.mean_logits  # noqa: B018 - known before the model goes to the workers
     tallies: dict[int, list[_Tally]] = {participants: [] for participants in question.participants}
     run = Parallel(n_jobs=jobs, return_as="generator")
     results: Iterable[_Tally] = run(delayed(_chunk)(model, question, *each) for each in work)
@@ -124,25 +133,27 @@ def power_analysis(
 
 @dataclass(frozen=True, eq=False)
 class _Tally:
-    """Counts over a chunk, shape (tests, contrasts); `widths` has the shape (contrasts,)."""
+    """Counts over a chunk, and sums of the intervals' widths with their number; shape (tests, contrasts)."""
 
     found: Counts
     found_holm: Counts
     false_positives: Counts
     not_tested: Counts
     widths: Array
+    intervals: Counts
 
 
 def _chunk(model: StudyModel, question: Question, participants: int, number: int, studies: int) -> _Tally:
     sequence = np.random.SeedSequence(question.seed, spawn_key=(participants, number))
     generator = np.random.default_rng(sequence)
-    counts = model.simulate(studies, participants, generator)
-    p = _p_values(model, counts, question.tests)
-    null = np.stack(
+    people = model.people(studies, participants, generator)
+    counts = model.answers(people, generator)
+    p, widths = _tested(model, counts, question.tests, model.contrasts)
+    null = np.concatenate(
         [
-            _p_values(model, _shuffled(model, counts, contrast, generator), question.tests, only=contrast)[
-                ..., 0
-            ]
+            _tested(
+                model, _null_counts(model, people, counts, contrast, generator), question.tests, [contrast]
+            )[0]
             for contrast in model.contrasts
         ],
         axis=-1,
@@ -153,26 +164,46 @@ def _chunk(model: StudyModel, question: Question, participants: int, number: int
         found_holm=rejected(adjusted, question.alpha).sum(axis=1),
         false_positives=rejected(null, question.alpha).sum(axis=1),
         not_tested=np.isnan(p).sum(axis=1),
-        widths=np.array([_widths(model, counts, contrast) for contrast in model.contrasts]),
+        widths=np.nansum(widths, axis=1),
+        intervals=(~np.isnan(widths)).sum(axis=1),
     )
 
 
-def _p_values(
-    model: StudyModel, counts: Counts, tests: Sequence[TestName], only: PlannedContrast | None = None
-) -> Array:
-    """Return p of each test, study and contrast; NaN where a test could not be made."""
-    contrasts = model.contrasts if only is None else (only,)
-    p = np.empty((len(tests), len(counts), len(contrasts)))
+def _tested(
+    model: StudyModel, counts: Counts, tests: Sequence[TestName], contrasts: Sequence[PlannedContrast]
+) -> tuple[Array, Array]:
+    """Return p and the width of the interval of each test, study and contrast; NaN where there is none."""
+    p, widths = np.empty((2, len(tests), len(counts), len(contrasts)))
     for column, contrast in enumerate(contrasts):
         differences = _differences(counts, contrast)
+        trials = model.trials * len(contrast.first)
         for row, test in enumerate(tests):
-            if test == "sign_flip":
-                p[row, :, column] = sign_flip_p(differences, model.trials * len(contrast.first))
-            elif test == "paired_t":
-                p[row, :, column] = paired_t_p(differences)
-            else:
-                p[row, :, column] = [_mixed_model_p(model, each, contrast) for each in counts]
-    return p
+            if test == "mixed_model":
+                found = [_mixed_model(model, each, contrast) for each in counts]
+                p[row, :, column], widths[row, :, column] = np.array(found).T
+                continue
+            p[row, :, column] = (
+                sign_flip_p(differences, trials) if test == "sign_flip" else paired_t_p(differences)
+            )
+            widths[row, :, column] = _t_widths(differences / trials)
+    return p, widths
+
+
+def _null_counts(
+    model: StudyModel,
+    people: Array,
+    counts: Counts,
+    contrast: PlannedContrast,
+    generator: np.random.Generator,
+) -> Counts:
+    """Return counts of the same people in whom the compared cells do not differ on average."""
+    answers = model.answers(model.without_difference(people, contrast, generator), generator)
+    found = counts.copy()
+    found[..., list(contrast.first)], found[..., list(contrast.second)] = (
+        answers[..., 0, :],
+        answers[..., 1, :],
+    )
+    return found
 
 
 def _differences(counts: Counts, contrast: PlannedContrast) -> Counts:
@@ -181,21 +212,8 @@ def _differences(counts: Counts, contrast: PlannedContrast) -> Counts:
     return differences
 
 
-def _shuffled(
-    model: StudyModel, counts: Counts, contrast: PlannedContrast, generator: np.random.Generator
-) -> Counts:
-    """Let chance say for each person which of the compared levels is which, in all of the person's cells."""
-    swap = np.arange(len(model.cells))
-    for other in model.contrasts:
-        if (other.factor, other.levels) == (contrast.factor, contrast.levels):
-            swap[list(other.first)], swap[list(other.second)] = other.second, other.first
-    swapped = generator.random(counts.shape[:2]) < 0.5
-    shuffled: Counts = np.where(swapped[..., None], counts[..., swap], counts)
-    return shuffled
-
-
-def _mixed_model_p(model: StudyModel, counts: Counts, contrast: PlannedContrast) -> float:
-    """Return p for one study's counts, shape (participants, cells)."""
+def _mixed_model(model: StudyModel, counts: Counts, contrast: PlannedContrast) -> tuple[float, float]:
+    """Return p and width for one study's counts, shape (participants, cells)."""
     rates = [
         ParticipantRate(
             f"{person:04d}", cell, int(felt), model.trials, Fraction(int(felt), model.trials), None
@@ -204,7 +222,7 @@ def _mixed_model_p(model: StudyModel, counts: Counts, contrast: PlannedContrast)
         for cell, felt in zip(model.cells, row, strict=True)
     ]
     test = mixed_model_test(rates, contrast.factor, contrast.levels[0], contrast.levels[1], contrast.at)
-    return np.nan if test is None else test.p
+    return (np.nan, np.nan) if test is None else (test.p, test.interval.high - test.interval.low)
 
 
 def _holm(p: Array) -> Array:
@@ -218,12 +236,12 @@ def _holm(p: Array) -> Array:
     return adjusted
 
 
-def _widths(model: StudyModel, counts: Counts, contrast: PlannedContrast) -> float:
-    """Return the summed widths of the t intervals of the differences of rates."""
-    differences = _differences(counts, contrast) / (model.trials * len(contrast.first))
+def _t_widths(differences: Array) -> Array:
+    """Return the widths of the studies' t intervals; NaN where all differences are equal."""
     participants = differences.shape[1]
     sds = differences.std(axis=1, ddof=1)
-    return float((2 * t_quantile(participants - 1) * sds / np.sqrt(participants)).sum())
+    widths = 2 * t_quantile(participants - 1) * sds / np.sqrt(participants)
+    return np.where(np.ptp(differences, axis=1) > 0, widths, np.nan)
 
 
 def _rows(
@@ -232,10 +250,11 @@ def _rows(
     mine = tallies[participants]
     for column, contrast in enumerate(model.contrasts):
         for row, test in enumerate(question.tests):
-            found, found_holm, false, untested = (
+            found, found_holm, false, untested, intervals = (
                 int(sum(getattr(tally, name)[row, column] for tally in mine))
-                for name in ("found", "found_holm", "false_positives", "not_tested")
+                for name in ("found", "found_holm", "false_positives", "not_tested", "intervals")
             )
+            width = sum(float(tally.widths[row, column]) for tally in mine)
             yield PowerRow(
                 participants=participants,
                 comparison=contrast.name,
@@ -247,5 +266,6 @@ def _rows(
                 false_positives=false / question.studies,
                 false_positives_interval=wilson_interval(false, question.studies),
                 not_tested=untested / question.studies,
-                interval_width=sum(float(tally.widths[column]) for tally in mine) / question.studies,
+                interval_width=width / intervals if intervals else None,
+                interval=INTERVALS[test],
             )

@@ -156,10 +156,11 @@ def _text(rows: "Sequence[PowerRow]", population: str) -> str:
         interval = (
             f"[{row.power_interval.low:.3f}, {row.power_interval.high:.3f}]" if row.power_interval else ""
         )
+        width = "no interval" if row.interval_width is None else f"interval {row.interval_width:.2f} wide"
         lines.append(
             f"  n = {row.participants:<3} {row.comparison}, {row.test}: {row.power:.3f} {interval}, "
             f"Holm {row.power_holm:.3f}; without a difference {row.false_positives:.3f}; "
-            f"interval {row.interval_width:.2f} wide"
+            f"{width} ({row.interval})"
         )
     return "\n".join(lines)
 

@@ -69,7 +69,8 @@ def chest_model(inner: float, both: float) -> StudyModel:
 
 def compare_with_glmer(model: StudyModel) -> None:
     """Fit studies of 480 trials by our quadrature and by glmer's Laplace approximation."""
-    counts = model.simulate(STUDIES_OF_GLMER, 8, np.random.default_rng(1))
+    generator = np.random.default_rng(1)
+    counts = model.answers(model.people(STUDIES_OF_GLMER, 8, generator), generator)
     studies = [rows(study) for study in counts]
     fit_glmm(studies[0])
     start_s = time.process_time()

@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.special import logit
 
 from analysis.design import protocol_design
-from analysis.power.model import GivenRates, StudyModel, read_rates, study_model
+from analysis.power.model import Counts, GivenRates, StudyModel, read_rates, study_model
 from analysis.power.run import PowerRow, Question, TestName, power_analysis
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison, Protocol
@@ -27,6 +28,11 @@ def given_model(inner: float, both: float, cell_sd: float = 0.5) -> StudyModel:
     return StudyModel(design, model.cells, 10, model.contrasts, GivenRates(rates, 1.0, cell_sd))
 
 
+def simulated(model: StudyModel, studies: int, participants: int, seed: int) -> Counts:
+    generator = np.random.default_rng(seed)
+    return model.answers(model.people(studies, participants, generator), generator)
+
+
 def rows_of(rows: list[PowerRow], test: str) -> list[PowerRow]:
     return [row for row in rows if row.test == test]
 
@@ -35,7 +41,7 @@ def test_the_power_of_the_t_test_is_the_known_one() -> None:
     """Differences of rates are nearly normal here, so that the noncentral t distribution tells the power."""
     model = given_model(0.55, 0.4)
     (row, *_) = rows_of(power_analysis(model, Question((12,), 4000, FAST)), "paired_t")
-    counts = model.simulate(20_000, 12, np.random.default_rng(5))
+    counts = simulated(model, 20_000, 12, seed=5)
     differences = (counts[..., 0] - counts[..., 1]).astype(float)
     nc = differences.mean() / differences.std() * np.sqrt(12)
     critical = stats.t.ppf(0.975, 11)
@@ -64,7 +70,31 @@ def test_more_people_find_more_in_narrower_intervals() -> None:
     rows = rows_of(power_analysis(given_model(0.6, 0.45), Question((6, 12, 24), 1000, FAST)), "sign_flip")
     firsts = [row for row in rows if "25" in row.comparison]
     assert firsts[0].power < firsts[1].power < firsts[2].power
-    assert firsts[0].interval_width > firsts[1].interval_width > firsts[2].interval_width
+    widths = [row.interval_width for row in firsts if row.interval_width is not None]
+    assert widths[0] > widths[1] > widths[2]
+
+
+def test_each_test_has_the_width_of_its_own_interval() -> None:
+    model = given_model(0.6, 0.4)
+    rows = power_analysis(model, Question((8,), 50, (*FAST, "mixed_model")))
+    t_row, mixed_row = (rows_of(rows, test)[0] for test in ("paired_t", "mixed_model"))
+    assert t_row.interval_width is not None
+    assert mixed_row.interval_width is not None
+    assert t_row.interval_width < 1 < mixed_row.interval_width, "rates, and logits"
+    assert t_row.interval != mixed_row.interval
+
+
+def test_people_without_a_difference_keep_their_slopes() -> None:
+    model = given_model(0.8, 0.3)
+    generator = np.random.default_rng(2)
+    people = model.people(4000, 8, generator)
+    null = model.without_difference(people, model.contrasts[0], generator)
+    (first,), (second,) = model.contrasts[0].first, model.contrasts[0].second
+    slopes = logit(people[..., first]) - logit(people[..., second])
+    null_slopes = logit(null[..., 0, 0]) - logit(null[..., 1, 0])
+    assert null_slopes.mean() == pytest.approx(0, abs=4 * slopes.std() / np.sqrt(slopes.size))
+    assert null_slopes.std() == pytest.approx(slopes.std(), rel=0.02)
+    assert null[..., 0, 0].mean() - null[..., 1, 0].mean() == pytest.approx(0, abs=0.01)
 
 
 def test_the_numbers_do_not_depend_on_the_workers() -> None:
@@ -137,7 +167,7 @@ def test_given_rates_are_read_by_condition(tmp_path: Path) -> None:
     rates = read_rates(write_rates(tmp_path / "r.csv", lines), protocol_design(chest()))
     assert rates[("modulation_hz", 50.0), ("clothing", "inner")] == 0.2
     model = study_model(chest(), rates, (0.0, 0.0))
-    counts = model.simulate(500, 8, np.random.default_rng(1))
+    counts = simulated(model, 500, 8, seed=1)
     assert counts.mean(axis=(0, 1)) / 10 == pytest.approx([0.1, 0.1, 0.2, 0.2, 0.4, 0.4], abs=0.01)
 
 
