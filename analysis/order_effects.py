@@ -12,6 +12,7 @@ import math
 import statistics
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -113,8 +114,10 @@ class _Answers:
         )
         yield "session", "change of the rate from one session to the next", self.several_sessions
 
-    def shuffled(self, generator: np.random.Generator) -> Array:
-        """Return residuals shuffled within participant and condition, shape (shuffles, trials)."""
+    @cached_property
+    def shuffled(self) -> Array:
+        """Residuals shuffled within participant and condition, shape (shuffles, trials)."""
+        generator = np.random.default_rng(_SEED)
         by_cell = np.argsort(self.cell, kind="stable")
         keys = self.cell[by_cell] + generator.random((SHUFFLES, len(self.cell)))
         result = np.empty(keys.shape)
@@ -131,7 +134,7 @@ def _change(answers: _Answers, name: str, about: str, times: Array) -> OrderEffe
     slopes: Array = np.bincount(answers.participant, weights * answers.residual).astype(float)[spread > 0]
     if len(slopes) == 0:
         return _nothing(name, about, "time does not vary within a condition")
-    shuffled = answers.shuffled(np.random.default_rng(_SEED)) @ weights
+    shuffled = answers.shuffled @ weights
     return _shuffle_test(name, about, slopes, shuffled)
 
 
@@ -150,7 +153,7 @@ def _serial_dependence(answers: _Answers) -> OrderEffect:
 
     of_participants = np.bincount(answers.participant[follows], products(answers.residual), len(spread))
     correlations: Array = of_participants.astype(float)[able]
-    shuffled = products(answers.shuffled(np.random.default_rng(_SEED))).sum(axis=1)
+    shuffled = products(answers.shuffled).sum(axis=1)
     return _shuffle_test(name, about, correlations, shuffled)
 
 
