@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from analysis.comparisons import ComparisonResult
 from analysis.design import shown_factors
 from analysis.study import Results
+from analysis.style import INK, LEFT, LINE_IN, NOTE, RIGHT
 from analysis.wording import (
     comparison_label,
     comparison_names,
@@ -22,11 +23,7 @@ from analysis.wording import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LINE_IN = 0.17
-"""Height of a line in inches."""
-
 _NOTE_CHARACTERS = 148
-_LEFT, _RIGHT = 0.012, 0.985
 _HEADINGS = (
     ("", ""),
     ("", "n"),
@@ -37,7 +34,7 @@ _HEADINGS = (
     ("paired t test", "t (df)"),
     ("", "p"),
     ("", "Holm"),
-    ("", "$d_z$"),
+    ("", "dz"),
 )
 _COLUMNS = (0.012, 0.225, 0.27, 0.475, 0.55, 0.625, 0.72, 0.81, 0.88, 0.945)
 
@@ -69,14 +66,14 @@ class FigureText:
             self._rule(figure, y + 0.4 * line)
             y -= 0.5 * line
         for note in self.notes:
-            figure.text(_LEFT, y, note, fontsize=7, color="#444444", va="center")
+            figure.text(LEFT, y, note, fontsize=7, color=NOTE, va="center")
             y -= line
 
     @staticmethod
     def _rule(figure: "Figure", y: float) -> None:
         from matplotlib.lines import Line2D
 
-        figure.add_artist(Line2D([_LEFT, _RIGHT], [y, y], color="#222222", linewidth=0.6))
+        figure.add_artist(Line2D([LEFT, RIGHT], [y, y], color=INK, linewidth=0.6))
 
 
 def figure_text(results: Results) -> FigureText:

@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from analysis.figures import save_figure
+from analysis.all_figures import save_figures
 from analysis.methods import METHODS
 from analysis.study import Results
 from analysis.tables.all_tables import result_tables
@@ -53,14 +53,14 @@ def write_results(results: Results, folder: Path) -> list[Path]:
     try:
         for name, text in texts.items():
             replace_text(folder / name, text)
-        figures = save_figure(results, folder)
+        figures = save_figures(results, folder)
     except OSError as error:
         raise DeviceError(
             f"disk: cannot write the results: {error.strerror or error}",
             where=str(folder),
             do="make room or give a folder that can be written to",
         ) from error
-    return [*(folder / name for name in texts), *figures]
+    return [*(folder / name for name in texts), *(file for figure in figures for file in figure.files)]
 
 
 def results_json(results: Results) -> dict[str, Any]:

@@ -6,35 +6,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from analysis.comparisons import ComparisonResult
+from analysis.design import StudyFactor
 from analysis.intervals import Interval
 from analysis.rates import ParticipantRate, over_participants
+from analysis.style import GREY, GRID, PLAIN, Style, level_style
+from analysis.wording import level_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK = "#222222"
-GREY = "#8A8A8A"
-
-# Okabe and Ito's colours, which are told apart with any colour vision; the markers repeat the distinction.
-_STYLES = (
-    ("#0072B2", "o"),
-    ("#D55E00", "s"),
-    ("#009E73", "^"),
-    ("#CC79A7", "D"),
-    ("#E69F00", "v"),
-    ("#56B4E9", "P"),
-)
 _GROUP_WIDTH = 0.84  # of the distance between two places of the axis
 _SPREAD = 0.55  # of a column's slot: what participants with the same value may take side by side
 _DOT_POINTS = 4.0  # diameter of a participant's dot
-
-
-@dataclass(frozen=True)
-class Style:
-    """Colour and marker of a column."""
-
-    colour: str
-    marker: str
 
 
 @dataclass(frozen=True)
@@ -45,14 +28,6 @@ class Column:
     mean: float | None
     interval: Interval | None
     style: Style
-
-
-PLAIN = Style(INK, "o")
-
-
-def level_style(index: int) -> Style:
-    """Return the style of a factor's level by its place in the list of levels."""
-    return Style(*_STYLES[index % len(_STYLES)])
 
 
 def rate_column(rates: Sequence[ParticipantRate], style: Style) -> Column:
@@ -70,6 +45,40 @@ def difference_column(result: ComparisonResult) -> Column:
     """Return the column of participants' differences in one comparison."""
     values = {participant: float(difference) for participant, difference in result.differences}
     return Column(values, result.mean, result.interval, PLAIN)
+
+
+def prepare_axes(axes: "Axes", y_label: str, tick_labels: Sequence[str], x_label: str) -> None:
+    """Prepare axes with a place for each label along x, and horizontal lines to read values at."""
+    axes.set_xticks(range(len(tick_labels)), tick_labels)
+    axes.set_xlim(-0.55, len(tick_labels) - 0.45)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)
+    axes.tick_params(axis="x", length=0)
+    axes.yaxis.grid(visible=True, color=GRID, linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+def draw_legend(axes: "Axes", factor: StudyFactor) -> None:
+    """Draw the legend of a factor's levels above the axes, at their right end."""
+    from matplotlib.lines import Line2D
+
+    styles = [level_style(index) for index in range(len(factor.levels))]
+    handles = [
+        Line2D([], [], color=style.colour, marker=style.marker, linewidth=1.8, label=level_label(level))
+        for style, level in zip(styles, factor.levels, strict=True)
+    ]
+    axes.legend(
+        handles=handles,
+        frameon=False,
+        loc="lower right",
+        bbox_to_anchor=(1.01, 0.985),
+        ncols=len(handles),
+        fontsize=8,
+        columnspacing=1.4,
+        handlelength=1.6,
+        handletextpad=0.5,
+        borderaxespad=0,
+    )
 
 
 def draw_columns(axes: "Axes", place: float, columns: Sequence[Column]) -> None:

@@ -18,6 +18,40 @@ _REQUIRED = ("trial_type", "trial", "block", "trial_status", "response")
 _ANSWERS = {"felt": True, "not_felt": False, MISSING: None}
 
 
+TIMES = ("onset_lateness", "start_margin", "silent_before", "emitting_after")
+"""Columns of times in s about the onset; see `TrialTiming`. A table need not have them."""
+
+COUNTS = ("presses_before_onset", "presses_late", "underruns")
+"""Columns of counts that tell of disturbances; a table need not have them."""
+
+
+@dataclass(frozen=True)
+class TrialTiming:
+    """How well a trial was timed and what disturbed it; None where the table does not say.
+
+    Attributes
+    ----------
+    onset_lateness_s
+        Actual minus planned onset.
+    start_margin_s
+        What was left between the accepted start command and the onset.
+    silent_before_s, emitting_after_s
+        The array was last read back as silent so long before the onset, and first as emitting so long after.
+    presses_before_onset, presses_late
+        Presses outside the response window.
+    underruns
+        Gaps in the masking noise.
+    """
+
+    onset_lateness_s: float | None = None
+    start_margin_s: float | None = None
+    silent_before_s: float | None = None
+    emitting_after_s: float | None = None
+    presses_before_onset: int | None = None
+    presses_late: int | None = None
+    underruns: int | None = None
+
+
 @dataclass(frozen=True)
 class TrialRow:
     """One attempt at one trial; `felt` and `response_time_s` are None where there is no answer or press."""
@@ -32,6 +66,7 @@ class TrialRow:
     felt: bool | None
     response_time_s: float | None
     levels: Mapping[str, Level | None]
+    timing: TrialTiming = TrialTiming()
 
     @property
     def used(self) -> bool:
@@ -127,6 +162,9 @@ class _Cells:
             raise self._error(column, "a whole number")
         return int(text)
 
+    def count(self, column: str) -> int | None:
+        return None if self.cells.get(column, MISSING) == MISSING else self.integer(column)
+
     def number(self, column: str) -> float | None:
         text = self.cells.get(column, MISSING)
         if text == MISSING:
@@ -173,4 +211,5 @@ def _trial_row(cell: _Cells, factors: Sequence[StudyFactor], participant: str, s
             factor.name: None if trial_type == "catch" and factor.within_block else cell.level(factor)
             for factor in factors
         },
+        timing=TrialTiming(*map(cell.number, TIMES), *map(cell.count, COUNTS)),
     )

@@ -7,6 +7,7 @@ from analysis.tables.more_comparisons import more_comparison_tables
 from analysis.tables.order_effects import order_effect_table
 from analysis.tables.rates import rate_tables
 from analysis.tables.table import ResultTable
+from analysis.tables.timing import timing_tables
 
 
 def result_tables(results: Results) -> tuple[ResultTable, ...]:
@@ -28,4 +29,5 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
         *more_comparison_tables(results),
         *detectability_tables(results),
         order_effect_table(results),
+        *timing_tables(results),
     )
