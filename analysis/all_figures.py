@@ -63,8 +63,8 @@ FIGURES = (
         "timing",
         "Timing: onsets and response times",
         "Cumulative shares of onset lateness and of each participant's response times, and every "
-        "participant's median response time in every condition with the mean over participants and its 95 % t "
-        "interval, as far as they were recorded. All numbers are in the tables of timing and of response "
+        "participant's median response time in every condition with the mean over participants and its 95 % "
+        "t interval, as far as they were recorded. All numbers are in the tables of timing and of response "
         "times.",
         draw_timing,
     ),

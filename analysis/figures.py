@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 _PANELS_IN = 3.0
 _AXIS_IN = 0.52  # tick and axis labels
 
+
 def draw_figure(results: Results) -> "Figure":
     """Draw the result figure.
 
@@ -97,7 +98,9 @@ def _draw_rates(axes: "Axes", results: Results) -> None:
         cells = [rate for rate in results.participant_false_alarms if bool(rate.condition) == bool(kept)]
         groups += _groups(marginal_rates(cells, kept), None, catch_colour)
         labels.append("catch trials")
-    prepare_axes(axes, "Detection rate (felt / trials)", labels, factor_label(x_factor.name) if x_factor else "")
+    prepare_axes(
+        axes, "Detection rate (felt / trials)", labels, factor_label(x_factor.name) if x_factor else ""
+    )
     axes.set_ylim(-0.04, 1.04)
     for place, columns in enumerate(groups):
         draw_columns(axes, place, columns)

@@ -98,7 +98,7 @@ def save_figure(figure: "Figure", folder: Path, stem: str) -> list[Path]:
     for kind, file in zip(FORMATS, files, strict=True):
         half = file.with_name(f".{file.name}.part")
         # Fast compression: a third of the time of a picture goes into the last tenth of its size.
-        options = {"pil_kwargs": {"compress_level": 3}} if kind == "png" else {}
+        options: dict[str, Any] = {"pil_kwargs": {"compress_level": 3}} if kind == "png" else {}
         figure.savefig(half, format=kind, dpi=300, metadata=_METADATA[kind], **options)
         half.replace(file)
     return files

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,13 +16,6 @@ MISSING = "n/a"
 _NAME = re.compile(r"(?P<sub>sub-(?P<participant>[A-Za-z0-9]+))_(?P<ses>ses-(?P<session>[A-Za-z0-9]+))_.+")
 _REQUIRED = ("trial_type", "trial", "block", "trial_status", "response")
 _ANSWERS = {"felt": True, "not_felt": False, MISSING: None}
-
-
-TIMES = ("onset_lateness", "start_margin", "silent_before", "emitting_after")
-"""Columns of times in s about the onset; see `TrialTiming`. A table need not have them."""
-
-COUNTS = ("presses_before_onset", "presses_late", "underruns")
-"""Columns of counts that tell of disturbances; a table need not have them."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +65,19 @@ class TrialRow:
     def used(self) -> bool:
         """Whether the analysis counts it: complete, answered, and no practice."""
         return self.trial_status == "complete" and self.felt is not None and self.trial_type != "practice"
+
+
+def trial_timing(number: Callable[[str], float | None], count: Callable[[str], int | None]) -> TrialTiming:
+    """Return a trial's timing from what reads a column's number and a column's count."""
+    return TrialTiming(
+        onset_lateness_s=number("onset_lateness"),
+        start_margin_s=number("start_margin"),
+        silent_before_s=number("silent_before"),
+        emitting_after_s=number("emitting_after"),
+        presses_before_onset=count("presses_before_onset"),
+        presses_late=count("presses_late"),
+        underruns=count("underruns"),
+    )
 
 
 def read_trial_table(table: Path, factors: Sequence[StudyFactor]) -> tuple[TrialRow, ...]:
@@ -211,5 +217,5 @@ def _trial_row(cell: _Cells, factors: Sequence[StudyFactor], participant: str, s
             factor.name: None if trial_type == "catch" and factor.within_block else cell.level(factor)
             for factor in factors
         },
-        timing=TrialTiming(*map(cell.number, TIMES), *map(cell.count, COUNTS)),
+        timing=trial_timing(cell.number, cell.count),
     )

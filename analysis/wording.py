@@ -76,7 +76,8 @@ def format_p(p: float | None) -> str:
 
 def format_rate(rate: float | None) -> str:
     """Return a rate or a difference of rates with two decimals."""
-    return "n/a" if rate is None else f"{rate:.2f}".replace("-", MINUS)
+    # 0 is added so that what rounds to nothing has no sign.
+    return "n/a" if rate is None else f"{round(rate, 2) + 0:.2f}".replace("-", MINUS)
 
 
 def format_interval(interval: Interval | None) -> str:
