@@ -1,15 +1,17 @@
 """Trials from any table of single answers: CSV or TSV, whoever recorded it."""
 
-import csv
 import math
+import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.checks import trial_warnings
+from analysis.checks import look_alikes, trial_warnings, uneven_cells
+from analysis.delimited import DelimitedFile, read_delimited
 from analysis.design import Design, StudyFactor, format_level
-from analysis.trial_table import TrialRow
+from analysis.trial_table import TABLE_SUFFIX, TrialRow, trial_timing
 from analysis.trials import Trials, data_frame
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison, Level
@@ -26,19 +28,30 @@ KNOWN = (
     "trial_type",
     "trial_status",
     "response_time",
+    "onset_lateness",
+    "start_margin",
+    "silent_before",
+    "emitting_after",
+    "presses_before_onset",
+    "presses_late",
+    "underruns",
+    "simulated",
 )
-"""What a table may have besides factors; the first two are needed."""
+"""What a table may have besides factors; the first two are needed. Times are in s."""
 
 _FELT = {
     "felt": True,
     "1": True,
+    "1.0": True,
     "true": True,
     "yes": True,
     "not_felt": False,
     "0": False,
+    "0.0": False,
     "false": False,
     "no": False,
 }
+_SIMULATED = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
 _MISSING = {"", "n/a", "na", "nan"}
 _MOST_LEVELS = 50
 
@@ -50,7 +63,8 @@ class TableRequest:
     Attributes
     ----------
     columns
-        The table's column for each of our names: those in `KNOWN`, and factors.
+        The table's column for each of our names: those in `KNOWN`, and factors. A column `simulated` is
+        always read.
     levels
         Order of a factor's levels; those that are not named are refused. Others: as numbers, or by the
         alphabet.
@@ -67,7 +81,8 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
     """Read a table of single answers.
 
     Without a column for trials every line is a trial of its own. Lines without an answer, interrupted ones
-    and practice are kept but not counted, and said to be.
+    and practice are kept but not counted, and said to be. A BIDS table of events (``*_events.tsv``) needs no
+    names for those columns that are called as in `KNOWN`, and may have participant and session in its name.
 
     Parameters
     ----------
@@ -81,17 +96,10 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
     UsageError
         The table cannot be read, lacks a column, or has answers, levels or trials that make no sense.
     """
-    names = [name for name in request.columns if name not in KNOWN]
-    for needed in KNOWN[:2]:
-        if needed not in request.columns:
-            raise UsageError(
-                f"no column is named for {needed}", where=str(path), do=f"add {needed}=COLUMN to --columns"
-            )
-    if not names:
-        raise UsageError(
-            "no factor is named", where=str(path), do="add FACTOR=COLUMN to --columns, such as clothing=cloth"
-        )
-    lines = list(_lines(path, request.columns))
+    file = read_delimited(path)
+    columns = _columns(path, request, file.header)
+    names = _factor_names(path, columns, file.header)
+    lines = _lines(file, columns, _entities(path))
     if not lines:
         raise UsageError("the table has no trials", where=str(path))
     factors = tuple(_factor(path, name, lines, request) for name in names)
@@ -103,52 +111,121 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
     return Trials(
         design=design,
         table=data_frame(rows, design),
-        simulated=False,
-        warnings=trial_warnings([], {path: rows}, design),
+        simulated=any(_simulated(where, cells) for where, cells in lines),
+        warnings=(
+            *trial_warnings([], {path: rows}, design),
+            *uneven_cells(rows),
+            *_look_alikes(design),
+            *_not_read(file.header, columns),
+        ),
         inputs=(path,),
+        command=_command(path, request),
     )
 
 
-def _lines(path: Path, columns: Mapping[str, str]) -> "Iterator[tuple[str, dict[str, str]]]":
-    """Return each line's place and its cells under our names."""
-    try:
-        text = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"the table cannot be read: {error}", where=str(path)) from error
-    reader = csv.DictReader(text, delimiter="\t" if path.suffix == ".tsv" else ",")
-    header = [name.strip() for name in reader.fieldnames or []]
-    reader.fieldnames = header
-    unknown = [column for column in columns.values() if column not in header]
+def _columns(path: Path, request: TableRequest, header: Sequence[str]) -> dict[str, str]:
+    """Return the table's column for each of our names, also of those that need not be named."""
+    unknown = [column for column in request.columns.values() if column not in header]
     if unknown:
         raise UsageError(
             f"there is no column {', '.join(map(repr, unknown))}",
             where=f"{path}:1",
-            do=f"name some of {', '.join(header)}" if header else "give a table with a first line of names",
+            do=f"name some of {', '.join(header)}",
         )
-    for cells in reader:
-        place = f"{path}:{reader.line_num}"
-        yield place, {ours: (cells[theirs] or "").strip() for ours, theirs in columns.items()}
+    understood = KNOWN if path.name.endswith(TABLE_SUFFIX) else ("simulated",)
+    taken = set(request.columns.values())
+    return {name: name for name in understood if name in header and name not in taken} | dict(request.columns)
+
+
+def _entities(path: Path) -> dict[str, str]:
+    """Return participant and session as a BIDS table's name has them."""
+    found = re.match(r"sub-(?P<participant>[A-Za-z0-9]+)_(ses-(?P<session>[A-Za-z0-9]+)_)?", path.name)
+    is_bids = found and path.name.endswith(TABLE_SUFFIX)
+    return {name: label for name, label in found.groupdict().items() if label} if found and is_bids else {}
+
+
+def _factor_names(path: Path, columns: Mapping[str, str], header: Sequence[str]) -> list[str]:
+    """Return the names of the factors; refuses if something that is needed is not named."""
+    for needed in KNOWN[:2]:
+        if needed not in columns and needed not in _entities(path):
+            raise UsageError(
+                f"no column is named for {needed}",
+                where=str(path),
+                do=f"add {needed}=COLUMN to --columns; the columns are {', '.join(header)}",
+            )
+    names = [name for name in columns if name not in KNOWN]
+    if not names:
+        others = ", ".join(column for column in header if column not in columns.values()) or "none"
+        raise UsageError(
+            "no factor is named",
+            where=str(path),
+            do=f"add FACTOR=COLUMN to --columns, such as clothing=cloth; other columns are {others}",
+        )
+    return names
+
+
+def _lines(
+    file: DelimitedFile, columns: Mapping[str, str], entities: Mapping[str, str]
+) -> list[tuple[str, dict[str, str]]]:
+    """Return each line's place and its cells under our names."""
+    return [
+        (place, {**entities, **{ours: cells[theirs] for ours, theirs in columns.items()}})
+        for place, cells in file.rows
+    ]
+
+
+def _simulated(where: str, cells: Mapping[str, str]) -> bool:
+    text = cells.get("simulated", "").lower()
+    if text not in _SIMULATED and text not in _MISSING:
+        raise UsageError(f"simulated is {text!r}", where=where, do="write yes or no")
+    return _SIMULATED.get(text, False)
+
+
+def _look_alikes(design: Design) -> "Iterator[str]":
+    for factor in design.factors:
+        for words in look_alikes(map(str, factor.levels)):
+            yield f"levels of {factor.name} that differ only in case: {words}; are they one?"
+
+
+def _not_read(header: Sequence[str], columns: Mapping[str, str]) -> "Iterator[str]":
+    others = [column for column in header if column not in columns.values()]
+    if others:
+        yield f"columns of the table that were not read: {', '.join(others)}"
+
+
+def _command(path: Path, request: TableRequest) -> str:
+    """Return what a person types to read the table so."""
+    words = ["autd-trials", "analyse", path.name]
+    if request.columns:
+        words += ["--columns", ",".join(f"{name}={column}" for name, column in request.columns.items())]
+    for name, levels in request.levels.items():
+        words += ["--levels", f"{name}={','.join(levels)}"]
+    for comparison in request.comparisons:
+        at = f"@{comparison.at_each}" if comparison.at_each else ""
+        levels = [str(comparison.first), str(comparison.second)]
+        words += ["--compare", f"{comparison.factor}={','.join(levels)}{at}"]
+    return shlex.join(words)
 
 
 def _factor(
     path: Path, name: str, lines: Sequence[tuple[str, dict[str, str]]], request: TableRequest
 ) -> StudyFactor:
     found = {cells[name] for _, cells in lines if cells[name].lower() not in _MISSING}
-    words = list(request.levels.get(name, ()))
-    if not words:
-        words = sorted(found, key=_order)
-    strange = sorted(found - set(words), key=_order)
+    words = list(request.levels.get(name, ())) or sorted(found, key=_order)
+    numeric = all(_number(word) is not None for word in [*words, *found])
+    # 25 and 25.0 are one level.
+    levels: tuple[Level, ...] = tuple(dict.fromkeys(float(word) if numeric else word for word in words))
+    if not 1 <= len(levels) <= _MOST_LEVELS:
+        raise UsageError(f"{name} has {len(levels)} levels", where=str(path), do="is it a factor?")
+    factor = StudyFactor(name, levels, {}, within_block=True)
+    strange = sorted((word for word in found if factor.parse(word) is None), key=_order)
     if strange:
         raise UsageError(
             f"{name} has levels that --levels does not name: {', '.join(strange)}",
             where=str(path),
             do="name all levels, or leave that factor out of --levels",
         )
-    if not 1 <= len(words) <= _MOST_LEVELS:
-        raise UsageError(f"{name} has {len(words)} levels", where=str(path), do="is it a factor?")
-    numeric = all(_number(word) is not None for word in words)
-    levels: tuple[Level, ...] = tuple(float(word) if numeric else word for word in words)
-    return StudyFactor(name, levels, {}, within_block=True)
+    return factor
 
 
 def _checked(
@@ -183,19 +260,22 @@ def _row(where: str, cells: Mapping[str, str], number: int, factors: Sequence[St
         raise UsageError(f"trial_type is {trial_type!r}", where=where, do="write stimulus, catch or practice")
     if status not in ("complete", "interrupted"):
         raise UsageError(f"trial_status is {status!r}", where=where, do="write complete or interrupted")
-    if not cells["participant"]:
+    if cells["participant"].lower() in _MISSING:
         raise UsageError("the participant is missing", where=where)
     return TrialRow(
         participant=cells["participant"],
         session=cells.get("session") or "1",
-        block=_whole(cells.get("block"), "block", where, default=1),
-        trial=_whole(cells.get("trial"), "trial", where, default=number),
+        block=_count("block", cells, where, default=1),
+        trial=_count("trial", cells, where, default=number),
         attempt=1,
         trial_type=trial_type,
         trial_status=status,
         felt=_answer(cells["response"], where),
-        response_time_s=_number(cells.get("response_time", "")),
+        response_time_s=_quantity("response_time", cells, where),
         levels={factor.name: _level(factor, cells[factor.name], trial_type, where) for factor in factors},
+        timing=trial_timing(
+            lambda name: _quantity(name, cells, where), lambda name: _whole(name, cells, where)
+        ),
     )
 
 
@@ -236,12 +316,28 @@ def _refuse_duplicates(lines: Sequence[tuple[str, dict[str, str]]], rows: Sequen
         seen[key] = where
 
 
-def _whole(text: str | None, name: str, where: str, *, default: int) -> int:
-    if not text:
-        return default
-    if not text.isdecimal():
-        raise UsageError(f"{name} is {text!r}", where=where, do="give a whole number")
-    return int(text)
+def _count(name: str, cells: Mapping[str, str], where: str, *, default: int) -> int:
+    whole = _whole(name, cells, where)
+    return default if whole is None else whole
+
+
+def _whole(name: str, cells: Mapping[str, str], where: str) -> int | None:
+    """Return a cell as a whole number, also as 3.0, which pandas writes; None if it is missing."""
+    number = _quantity(name, cells, where)
+    if number is not None and (number < 0 or not number.is_integer()):
+        raise UsageError(f"{name} is {cells[name]!r}", where=where, do="give a whole number")
+    return None if number is None else int(number)
+
+
+def _quantity(name: str, cells: Mapping[str, str], where: str) -> float | None:
+    """Return a cell as a number; None if it is missing."""
+    text = cells.get(name, "")
+    if text.lower() in _MISSING:
+        return None
+    number = _number(text)
+    if number is None:
+        raise UsageError(f"{name} is {text!r}", where=where, do="give a number, with a decimal point, or n/a")
+    return number
 
 
 def _number(text: str) -> float | None:

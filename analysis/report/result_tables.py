@@ -16,6 +16,8 @@ _EVERYWHERE = "simulated"
 
 def table_section(table: ResultTable) -> Element:
     """Return a table with its heading and the description of its columns."""
+    if not table.rows:
+        return tag("section", tag("h3", f"{table.name}.tsv"), tag("p", f"{table.about} It has no rows."))
     columns = [column for column in table.columns if column.name != _EVERYWHERE]
     constant = {column.name: text for column in columns if (text := _everywhere_the_same(column, table.rows))}
     shown = [column for column in columns if column.name not in constant]

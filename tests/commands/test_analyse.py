@@ -32,8 +32,11 @@ def test_a_table_is_analysed_beside_itself(run: Run, table: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "give --columns participant=COLUMN"),
-        (["--columns", "participant"], "--columns has 'participant'"),
+        ([], "add participant=COLUMN to --columns; the columns are pid, felt, cloth, freq"),
+        (["--columns", "participant"], "there is no column 'participant'"),
+        (["--columns", "participant="], "--columns has 'participant='"),
+        (["--columns", f"{COLUMNS},clothing=freq"], "--columns names clothing, or a word for it, twice"),
+        (["--columns", COLUMNS, "--levels", "clothing=inner,inner"], "--levels names clothing"),
         (["--columns", COLUMNS, "--levels", "clothing"], "--levels has 'clothing'"),
         (["--columns", COLUMNS, "--compare", "clothing=inner"], "name two levels"),
     ],
