@@ -1,6 +1,5 @@
 """The text below the figure: the tests as a table, and what one must know to read the figure."""
 
-import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -8,7 +7,7 @@ from typing import TYPE_CHECKING
 from analysis.comparisons import ComparisonResult
 from analysis.design import shown_factors
 from analysis.study import Results
-from analysis.style import INK, LEFT, LINE_IN, NOTE, RIGHT
+from analysis.style import INK, LEFT, LINE_IN, RIGHT, draw_notes, wrapped_notes
 from analysis.wording import (
     comparison_label,
     comparison_names,
@@ -23,7 +22,6 @@ from analysis.wording import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_NOTE_CHARACTERS = 148
 _HEADINGS = (
     ("", ""),
     ("", "n"),
@@ -65,9 +63,7 @@ class FigureText:
                 y -= line * (1.1 if number == 1 else 1)
             self._rule(figure, y + 0.4 * line)
             y -= 0.5 * line
-        for note in self.notes:
-            figure.text(LEFT, y, note, fontsize=7, color=NOTE, va="center")
-            y -= line
+        draw_notes(figure, self.notes, y * figure.get_figheight())
 
     @staticmethod
     def _rule(figure: "Figure", y: float) -> None:
@@ -122,7 +118,7 @@ def _notes(results: Results) -> tuple[str, ...]:
         notes.append("No catch trials: the false-alarm rate is undefined.")
     if results.warnings:
         notes.append(f"{len(results.warnings)} remark(s) on the data: see README.md beside this figure.")
-    return tuple(line for note in notes for line in textwrap.wrap(note, _NOTE_CHARACTERS))
+    return wrapped_notes(notes)
 
 
 def _comparison_notes(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:

@@ -10,6 +10,8 @@ from analysis.panels import (
     difference_column,
     draw_columns,
     draw_legend,
+    fitted_labels,
+    legend_rows,
     prepare_axes,
     rate_column,
 )
@@ -39,6 +41,8 @@ if TYPE_CHECKING:
 
 _PANELS_IN = 3.0
 _AXIS_IN = 0.52  # tick and axis labels
+_RATES_IN, _DIFFERENCES_IN = 3.6, 2.0  # widths of the panels
+_LONGEST_PAIR = 40  # characters beside an axis; the notes say it too
 
 
 def draw_figure(results: Results) -> "Figure":
@@ -60,8 +64,12 @@ def draw_figure(results: Results) -> "Figure":
     from matplotlib.figure import Figure
 
     text = figure_text(results)
-    below_in = _AXIS_IN + LINE_IN * text.lines
-    height_in = HEADER_IN + _PANELS_IN + below_in
+    rate_labels, comparison_labels = _rate_labels(results), _comparison_labels(results)
+    lines = max(label.count("\n") for label in [*rate_labels, *comparison_labels])
+    axis_in = _AXIS_IN + LINE_IN * lines
+    header_in = HEADER_IN + LINE_IN * legend_rows(shown_factors(results.trials.design)[1])
+    below_in = axis_in + LINE_IN * text.lines
+    height_in = header_in + _PANELS_IN + below_in
     figure = Figure(figsize=(WIDTH_IN, height_in))
     grid = figure.add_gridspec(
         1,
@@ -69,35 +77,46 @@ def draw_figure(results: Results) -> "Figure":
         width_ratios=[1.75, 1] if results.comparisons else None,
         left=0.075,
         right=0.985 if results.comparisons else 0.62,
-        top=1 - HEADER_IN / height_in,
+        top=1 - header_in / height_in,
         bottom=below_in / height_in,
         wspace=0.27,
     )
-    draw_header(figure, _title(results), simulated=results.simulated)
-    _draw_rates(figure.add_subplot(grid[0, 0]), results)
+    draw_header(figure, results.trials.design.protocol, _size(results), simulated=results.simulated)
+    _draw_rates(figure.add_subplot(grid[0, 0]), results, rate_labels)
     if results.comparisons:
-        _draw_differences(figure.add_subplot(grid[0, 1]), results)
-    text.draw(figure, top_in=below_in - _AXIS_IN)
+        _draw_differences(figure.add_subplot(grid[0, 1]), results, comparison_labels)
+    text.draw(figure, top_in=below_in - axis_in)
     return figure
 
 
-def _title(results: Results) -> str:
+def _size(results: Results) -> str:
     trials = int(results.trials.table["used"].sum())
     people = len(results.trials.participants)
-    return f"{results.trials.design.protocol}: {people} participant{'s' * (people != 1)}, {trials} trials"
+    return f"{people} participant{'s' * (people != 1)}, {trials} trial{'s' * (trials != 1)}"
 
 
-def _draw_rates(axes: "Axes", results: Results) -> None:
+def _rate_labels(results: Results) -> list[str]:
+    x_factor, _ = shown_factors(results.trials.design)
+    labels = [level_label(level) for level in x_factor.levels] if x_factor else ["all stimuli"]
+    if results.participant_false_alarms is not None:
+        labels.append("catch trials")
+    return fitted_labels(labels, _RATES_IN)
+
+
+def _comparison_labels(results: Results) -> list[str]:
+    names = comparison_names(results.comparisons)
+    return fitted_labels(names, _DIFFERENCES_IN) if names else []
+
+
+def _draw_rates(axes: "Axes", results: Results, labels: Sequence[str]) -> None:
     x_factor, colour_factor = shown_factors(results.trials.design)
     shown = [factor for factor in (x_factor, colour_factor) if factor is not None]
     groups = _groups(marginal_rates(results.participant_rates, shown), x_factor, colour_factor)
-    labels = [level_label(level) for level in x_factor.levels] if x_factor else ["all stimuli"]
     if results.participant_false_alarms is not None:
         catch_colour = colour_factor if colour_factor and not colour_factor.within_block else None
         kept = [catch_colour] if catch_colour else []
         cells = [rate for rate in results.participant_false_alarms if bool(rate.condition) == bool(kept)]
         groups += _groups(marginal_rates(cells, kept), None, catch_colour)
-        labels.append("catch trials")
     prepare_axes(
         axes, "Detection rate (felt / trials)", labels, factor_label(x_factor.name) if x_factor else ""
     )
@@ -109,13 +128,14 @@ def _draw_rates(axes: "Axes", results: Results) -> None:
     draw_panel_title(axes, "A", "Detection rate")
 
 
-def _draw_differences(axes: "Axes", results: Results) -> None:
-    names = comparison_names(results.comparisons)
+def _draw_differences(axes: "Axes", results: Results, labels: Sequence[str]) -> None:
     pairs = {difference_label(result) for result in results.comparisons}
-    label = f"Difference in rate\n({pairs.pop()})" if len(pairs) == 1 else "Difference in rate"
+    label, pair = "Difference in rate", pairs.pop()
+    if not pairs and len(pair) <= _LONGEST_PAIR:
+        label = f"{label}\n({pair})"
     at = {name for result in results.comparisons for name, _ in result.at}
     named_by_level = len(at) == 1 and not numbered(results.comparisons)
-    prepare_axes(axes, label, names, factor_label(at.pop()) if named_by_level else "Comparison")
+    prepare_axes(axes, label, labels, factor_label(at.pop()) if named_by_level else "Comparison")
     axes.axhline(0, color=INK, linewidth=0.7)
     for place, result in enumerate(results.comparisons):
         draw_columns(axes, place, [difference_column(result)])

@@ -1,8 +1,12 @@
 """How every figure looks, and how it is saved: the same results give the same bytes."""
 
+import textwrap
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from analysis.wording import shortened
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,8 +23,9 @@ LEFT, RIGHT = 0.012, 0.985
 INK = "#222222"
 GREY = "#8A8A8A"
 GRID = "#E6E6E6"
-NOTE = "#444444"
 
+_NOTE = "#444444"
+_NOTE_CHARACTERS = 138
 _SIGNAL = "#B00020"
 # Okabe and Ito's colours, which are told apart with any colour vision; the markers repeat the distinction.
 _STYLES = (
@@ -104,8 +109,21 @@ def save_figure(figure: "Figure", folder: Path, stem: str) -> list[Path]:
     return files
 
 
-def draw_header(figure: "Figure", title: str, *, simulated: bool) -> None:
-    """Write a title at the top, and whether the participants were simulated."""
+def wrapped_notes(notes: Iterable[str]) -> tuple[str, ...]:
+    """Return notes as the lines that they take below a figure."""
+    return tuple(line for note in notes for line in textwrap.wrap(note, _NOTE_CHARACTERS))
+
+
+def draw_notes(figure: "Figure", lines: Sequence[str], first_in: float) -> None:
+    """Write lines of notes, the first with its middle so many inches above the figure's lower edge."""
+    for number, line in enumerate(lines):
+        y = (first_in - number * LINE_IN) / figure.get_figheight()
+        figure.text(LEFT, y, line, fontsize=7, color=_NOTE, va="center")
+
+
+def draw_header(figure: "Figure", study: str, about: str, *, simulated: bool) -> None:
+    """Write at the top which study it is and what of it, and whether the participants were simulated."""
+    title = f"{shortened(study, 40)}: {about}"
     y = 1 - 0.2 / figure.get_figheight()
     figure.text(LEFT, y, title, fontsize=9, fontweight="bold", va="center")
     if simulated:

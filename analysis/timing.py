@@ -1,5 +1,6 @@
 """Whether stimuli came when they were planned, what disturbed trials, and how fast people answered."""
 
+import math
 import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -206,7 +207,7 @@ def _over_participants(
     return ConditionResponseTime(
         condition,
         mean_s=statistics.fmean(medians) if medians else None,
-        interval_s=t_interval(medians),
+        interval_s=t_interval(medians, bounds=(0.0, math.inf)),
         participants=len(medians),
         trials=sum(len(each.values_s) for each in times),
     )

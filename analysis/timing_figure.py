@@ -1,28 +1,27 @@
 """The figure of timing: how late onsets were, and how fast people answered."""
 
-import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from analysis.design import Condition, StudyFactor, shown_factors
-from analysis.panels import Column, draw_columns, draw_legend, prepare_axes
+from analysis.panels import Column, draw_columns, draw_legend, fitted_labels, legend_rows, prepare_axes
 from analysis.study import Results
 from analysis.style import (
     GREY,
     GRID,
     HEADER_IN,
     INK,
-    LEFT,
     LINE_IN,
-    NOTE,
     PLAIN,
     WIDTH_IN,
     Style,
     draw_header,
+    draw_notes,
     draw_panel_title,
     level_style,
+    wrapped_notes,
 )
 from analysis.timing import (
     ParticipantResponseTime,
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
 
 _PANELS_IN = 2.6
 _AXIS_IN = 0.52
-_NOTE_CHARACTERS = 148
+_MEDIANS_IN = 2.6  # least width of the panel of medians
 
 
 def draw_timing(results: Results) -> "Figure | None":
@@ -61,9 +60,11 @@ def draw_timing(results: Results) -> "Figure | None":
     panels = list(_panels(results))
     if not panels:
         return None
-    notes = [line for note in _notes(results) for line in textwrap.wrap(note, _NOTE_CHARACTERS)]
-    below_in = _AXIS_IN + LINE_IN * (len(notes) + 0.6)
-    height_in = HEADER_IN + _PANELS_IN + below_in
+    notes = wrapped_notes(_notes(results))
+    axis_in = _AXIS_IN + LINE_IN * max(label.count("\n") for label in _labels(results))
+    header_in = HEADER_IN + LINE_IN * legend_rows(shown_factors(results.trials.design)[1])
+    below_in = axis_in + LINE_IN * (len(notes) + 0.6)
+    height_in = header_in + _PANELS_IN + below_in
     figure = Figure(figsize=(WIDTH_IN, height_in))
     grid = figure.add_gridspec(
         1,
@@ -71,16 +72,14 @@ def draw_timing(results: Results) -> "Figure | None":
         width_ratios=[width for width, _ in panels],
         left=0.075,
         right=0.985,
-        top=1 - HEADER_IN / height_in,
+        top=1 - header_in / height_in,
         bottom=below_in / height_in,
         wspace=0.27,
     )
-    draw_header(figure, f"{results.trials.design.protocol}: timing", simulated=results.simulated)
+    draw_header(figure, results.trials.design.protocol, "timing", simulated=results.simulated)
     for place, (letter, (_, draw)) in enumerate(zip("ABC", panels, strict=False)):
         draw(figure.add_subplot(grid[0, place]), letter)
-    for number, note in enumerate(notes):
-        y_in = below_in - _AXIS_IN - LINE_IN * (number + 0.9)
-        figure.text(LEFT, y_in / height_in, note, fontsize=7, color=NOTE, va="center")
+    draw_notes(figure, notes, below_in - axis_in - 0.9 * LINE_IN)
     return figure
 
 
@@ -124,8 +123,8 @@ def _draw_medians(axes: "Axes", letter: str, results: Results) -> None:
     x_factor, colour_factor = shown_factors(results.trials.design)
     shown = [factor for factor in (x_factor, colour_factor) if factor is not None]
     times = response_times(results.trials, shown)
-    labels = [level_label(level) for level in x_factor.levels] if x_factor else ["all stimuli"]
-    prepare_axes(axes, "Median response time (s)", labels, factor_label(x_factor.name) if x_factor else "")
+    x_label = factor_label(x_factor.name) if x_factor else ""
+    prepare_axes(axes, "Median response time (s)", _labels(results), x_label)
     for place, x in enumerate(_levels(x_factor)):
         draw_columns(
             axes,
@@ -138,10 +137,16 @@ def _draw_medians(axes: "Axes", letter: str, results: Results) -> None:
                 for index, colour in enumerate(_levels(colour_factor))
             ],
         )
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(0, 1.06 * axes.dataLim.y1)
     if colour_factor:
         draw_legend(axes, colour_factor)
     draw_panel_title(axes, letter, "Participants' medians")
+
+
+def _labels(results: Results) -> list[str]:
+    x_factor, _ = shown_factors(results.trials.design)
+    labels = [level_label(level) for level in x_factor.levels] if x_factor else ["all stimuli"]
+    return fitted_labels(labels, _MEDIANS_IN)
 
 
 def _levels(factor: StudyFactor | None) -> list[Condition]:
@@ -159,7 +164,7 @@ def _notes(results: Results) -> Iterator[str]:
     if times:
         answers = sum(len(time.values_s) for time in times)
         yield (
-            f"Response times of {answers} felt stimuli (n = {len(times)} participants). Thin lines: "
+            f"Response times of {answers} felt stimuli (n = {len(times)}). Thin lines: "
             "participants; thick line: all trials. Small markers: participants' medians (lines join the same "
             "one); large markers: mean over participants; bars: its 95 % t interval."
         )
