@@ -240,6 +240,12 @@ def _checked(
                 raise UsageError(
                     f"{name} is compared but no factor", where=str(path), do=f"name {', '.join(known)}"
                 )
+        if comparison.at_each == comparison.factor:
+            raise UsageError(
+                f"{comparison.factor} is compared at each of its own levels",
+                where=str(path),
+                do="name another factor after @, or none",
+            )
         factor = known[comparison.factor]
         levels = [factor.parse(str(level)) for level in (comparison.first, comparison.second)]
         if None in levels or levels[0] == levels[1]:

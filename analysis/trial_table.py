@@ -144,6 +144,9 @@ def _records(table: Path, required: Sequence[str]) -> list[tuple[int, dict[str, 
             where=f"{table}:1",
             do="make the table again from the raw log: autd-trials export STUDY",
         )
+    twice = sorted({column for column in header if header.count(column) > 1})
+    if twice:
+        raise UsageError(f"the column(s) {', '.join(twice)} are there twice", where=f"{table}:1")
     records = []
     for line, text in enumerate(lines[1:], start=2):
         cells = text.split("\t")

@@ -114,7 +114,7 @@ def _notes(rows: Sequence[PowerRow], alpha: float, about: str) -> list[str]:
     number = str(studies[0]) if len(studies) == 1 else f"{studies[0]} to {studies[-1]}"
     return [
         f"{number} simulated studies at each point. Lines: share that finds the difference at p < {alpha:g}, "
-        "not adjusted; bands: 95 % Wilson intervals of these Monte Carlo shares. Dotted: share that finds one "
-        f"where there is none. Horizontal lines: {alpha:g} and {_WANTED:g}.",
+        "not adjusted; bands: 95 % Wilson intervals of these Monte Carlo shares. Dotted: share that finds "
+        f"one where there is none. Horizontal lines: {alpha:g} and {_WANTED:g}.",
         f"People: {about}",
     ]
