@@ -1,4 +1,4 @@
-"""`autd-trials analyse`: from a recorded study, or any table of answers, to tables and the figure."""
+"""`autd-trials analyse`: from a recorded study, or any table of answers, to tables, figures and the report."""
 
 import argparse
 from pathlib import Path
@@ -64,7 +64,7 @@ def execute(options: argparse.Namespace) -> int:
         print_json(results_json(results))
     else:
         print_text(plain_words(results))
-    say(f"figure, tables and results: {folder}")
+    say(f"report, figures and tables: {folder}")
     return 0
 
 
