@@ -68,7 +68,9 @@ def prepare_axes(axes: "Axes", y_label: str, tick_labels: Sequence[str], x_label
     axes.set_xlim(-0.55, len(tick_labels) - 0.45)
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
-    axes.tick_params(axis="x", length=0)
+    longest = max(len(line) for label in tick_labels for line in label.split("\n"))
+    crowded = longest * _CHARACTER_IN > _size_in(axes)[0] / len(tick_labels)
+    axes.tick_params(axis="x", length=0, labelsize=6 if crowded else 8)
     axes.yaxis.grid(visible=True, color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)
 

@@ -42,8 +42,11 @@ _METADATA: dict[str, dict[str, str | None]] = {
     "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
+_FONT = "DejaVu Sans"  # comes with matplotlib: the same on every machine
+_OTHER_FONTS = ("Noto Sans CJK JP", "IPAexGothic", "Hiragino Sans", "Yu Gothic", "Noto Sans CJK SC")
+"""Where installed, for the letters that the first has not, as Japanese names of levels."""
+
 _RC: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
     "font.size": 8,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
@@ -78,8 +81,11 @@ def level_style(index: int) -> Style:
 def figure_style() -> Any:
     """Return the context within which figures are drawn and saved."""
     import matplotlib as mpl
+    from matplotlib.font_manager import get_font_names
 
-    return mpl.rc_context(_RC)
+    installed = set(get_font_names())
+    families = [_FONT, *(name for name in _OTHER_FONTS if name in installed)]
+    return mpl.rc_context({**_RC, "font.family": families})
 
 
 def save_figure(figure: "Figure", folder: Path, stem: str) -> list[Path]:

@@ -5,7 +5,7 @@ from importlib.resources import files
 
 from analysis.all_figures import SavedFigure
 from analysis.methods import METHODS
-from analysis.report.elements import Element, inline_svg, page_text, tag
+from analysis.report.elements import Element, inline_svg, page_text, tag, wide
 from analysis.report.manuscript import methods_text, results_text
 from analysis.report.provenance import command, input_hashes, recorded_facts, software_versions
 from analysis.report.result_tables import table_section
@@ -106,7 +106,7 @@ def _figure(number: int, saved: SavedFigure) -> Element:
     return tag(
         "figure",
         tag("h3", f"Figure {number}. {figure.title}"),
-        tag("div", inline_svg(saved.svg, figure.name, figure.about), class_="wide"),
+        wide(inline_svg(saved.svg, figure.name, figure.about), figure.title),
         tag("figcaption", f"{figure.about} Files: {others}."),
     )
 

@@ -29,6 +29,8 @@ def recorded_facts(results: Results) -> Facts:
         return {}
     starts = [session.start for session in logged]
     return {
+        "Study": _each(start.protocol.study.title for start in starts),
+        "Ethics approval": _each(start.protocol.study.ethics_approval for start in starts),
         "Protocol (SHA-256)": _each(start.protocol_sha256 for start in starts),
         "Calibration (SHA-256)": _each(start.calibration_sha256 for start in starts),
         "Git commit of the runner": _each(start.git_commit or "not known" for start in starts),

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from analysis.report.elements import Content, Element, tag
+from analysis.report.elements import Content, Element, tag, wide
 from analysis.tables.table import ResultTable, Row
 from analysis.wording import MINUS
 from autd_trials.records.table import Column, Value, cell
@@ -27,7 +27,7 @@ def table_section(table: ResultTable) -> Element:
     return tag(
         "section",
         tag("h3", f"{table.name}.tsv"),
-        tag("div", tag("table", *content, class_=kind), class_="wide"),
+        wide(tag("table", *content, class_=kind), table.name),
         *_notes(constant),
         tag("details", tag("summary", f"Columns of {table.name}"), _descriptions(columns)),
     )
@@ -43,12 +43,9 @@ def _everywhere_the_same(column: Column, rows: Sequence[Row]) -> str | None:
 
 
 def _notes(constant: dict[str, str]) -> Iterator[Element]:
-    empty = [name for name, text in constant.items() if text == cell(None)]
-    if empty:
-        yield tag("p", f"n/a in every row: {', '.join(empty)}.", class_="note")
-    for name, text in constant.items():
-        if name not in empty:
-            yield tag("p", f"In every row {name}: {text}.", class_="note")
+    if constant:
+        facts = "; ".join(f"{name}: {text}" for name, text in constant.items())
+        yield tag("p", f"The same in every row: {facts}.", class_="note")
 
 
 def _upright(rows: Sequence[Row], columns: Sequence[Column]) -> Iterator[Element]:

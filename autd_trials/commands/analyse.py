@@ -1,4 +1,4 @@
-"""`autd-trials analyse`: from a recorded study, or any table of answers, to tables, figures and the report."""
+"""`autd-trials analyse`: from a recorded study or any table of answers to tables, figures and the report."""
 
 import argparse
 from pathlib import Path
