@@ -45,7 +45,7 @@ def tag(name: str, *content: Content, **attributes: str) -> Element:
 
 def wide(element: Element, label: str) -> Element:
     """Return an element that may be wider than the page in a frame that scrolls, also by the keyboard."""
-    return tag("div", element, class_="wide", role="region", aria_label=label, tabindex="0")
+    return tag("section", element, class_="wide", aria_label=label, tabindex="0")
 
 
 def inline_svg(file: Path, name: str, label: str) -> Element:
