@@ -1,6 +1,5 @@
 """Trials from any table of single answers: CSV or TSV, whoever recorded it."""
 
-import math
 import re
 import shlex
 from collections.abc import Mapping, Sequence
@@ -8,10 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from analysis.any_row import MISSING_WORDS, is_simulated, number_of, trial_row
 from analysis.checks import look_alikes, trial_warnings, uneven_cells
 from analysis.delimited import DelimitedFile, read_delimited
 from analysis.design import Design, StudyFactor, format_level
-from analysis.trial_table import TABLE_SUFFIX, TrialRow, trial_timing
+from analysis.trial_table import TABLE_SUFFIX, TrialRow
 from analysis.trials import Trials, data_frame
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison, Level
@@ -39,20 +39,6 @@ KNOWN = (
 )
 """What a table may have besides factors; the first two are needed. Times are in s."""
 
-_FELT = {
-    "felt": True,
-    "1": True,
-    "1.0": True,
-    "true": True,
-    "yes": True,
-    "not_felt": False,
-    "0": False,
-    "0.0": False,
-    "false": False,
-    "no": False,
-}
-_SIMULATED = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
-_MISSING = {"", "n/a", "na", "nan"}
 _MOST_LEVELS = 50
 
 
@@ -104,19 +90,21 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
         raise UsageError("the table has no trials", where=str(path))
     factors = tuple(_factor(path, name, lines, request) for name in names)
     design = Design(path.stem, None, factors, _checked(path, request.comparisons, factors))
-    rows = [_row(where, cells, number, factors) for number, (where, cells) in enumerate(lines, start=1)]
+    rows = [trial_row(where, cells, number, factors) for number, (where, cells) in enumerate(lines, start=1)]
     _refuse_duplicates(lines, rows)
     if not any(row.used for row in rows):
         raise UsageError("no trial is complete and answered", where=str(path))
+    simulated = [is_simulated(where, cells) for where, cells in lines]
     return Trials(
         design=design,
         table=data_frame(rows, design),
-        simulated=any(_simulated(where, cells) for where, cells in lines),
+        simulated=any(simulated),
         warnings=(
             *trial_warnings([], {path: rows}, design),
             *uneven_cells(rows),
             *_look_alikes(design),
             *_not_read(file.header, columns),
+            *_mixed_origins(simulated),
         ),
         inputs=(path,),
         command=_command(path, request),
@@ -174,13 +162,6 @@ def _lines(
     ]
 
 
-def _simulated(where: str, cells: Mapping[str, str]) -> bool:
-    text = cells.get("simulated", "").lower()
-    if text not in _SIMULATED and text not in _MISSING:
-        raise UsageError(f"simulated is {text!r}", where=where, do="write yes or no")
-    return _SIMULATED.get(text, False)
-
-
 def _look_alikes(design: Design) -> "Iterator[str]":
     for factor in design.factors:
         for words in look_alikes(map(str, factor.levels)):
@@ -191,6 +172,14 @@ def _not_read(header: Sequence[str], columns: Mapping[str, str]) -> "Iterator[st
     others = [column for column in header if column not in columns.values()]
     if others:
         yield f"columns of the table that were not read: {', '.join(others)}"
+
+
+def _mixed_origins(simulated: Sequence[bool]) -> "Iterator[str]":
+    if any(simulated) and not all(simulated):
+        yield (
+            f"{sum(simulated)} of {len(simulated)} lines are of simulated participants and the others are "
+            "not: results of a mixture are neither"
+        )
 
 
 def _command(path: Path, request: TableRequest) -> str:
@@ -210,9 +199,9 @@ def _command(path: Path, request: TableRequest) -> str:
 def _factor(
     path: Path, name: str, lines: Sequence[tuple[str, dict[str, str]]], request: TableRequest
 ) -> StudyFactor:
-    found = {cells[name] for _, cells in lines if cells[name].lower() not in _MISSING}
+    found = {cells[name] for _, cells in lines if cells[name].lower() not in MISSING_WORDS}
     words = list(request.levels.get(name, ())) or sorted(found, key=_order)
-    numeric = all(_number(word) is not None for word in [*words, *found])
+    numeric = all(number_of(word) is not None for word in [*words, *found])
     # 25 and 25.0 are one level.
     levels: tuple[Level, ...] = tuple(dict.fromkeys(float(word) if numeric else word for word in words))
     if not 1 <= len(levels) <= _MOST_LEVELS:
@@ -259,54 +248,6 @@ def _checked(
     return tuple(checked)
 
 
-def _row(where: str, cells: Mapping[str, str], number: int, factors: Sequence[StudyFactor]) -> TrialRow:
-    trial_type = cells.get("trial_type") or "stimulus"
-    status = cells.get("trial_status") or "complete"
-    if trial_type not in ("stimulus", "catch", "practice"):
-        raise UsageError(f"trial_type is {trial_type!r}", where=where, do="write stimulus, catch or practice")
-    if status not in ("complete", "interrupted"):
-        raise UsageError(f"trial_status is {status!r}", where=where, do="write complete or interrupted")
-    if cells["participant"].lower() in _MISSING:
-        raise UsageError("the participant is missing", where=where)
-    return TrialRow(
-        participant=cells["participant"],
-        session=cells.get("session") or "1",
-        block=_count("block", cells, where, default=1),
-        trial=_count("trial", cells, where, default=number),
-        attempt=1,
-        trial_type=trial_type,
-        trial_status=status,
-        felt=_answer(cells["response"], where),
-        response_time_s=_quantity("response_time", cells, where),
-        levels={factor.name: _level(factor, cells[factor.name], trial_type, where) for factor in factors},
-        timing=trial_timing(
-            lambda name: _quantity(name, cells, where), lambda name: _whole(name, cells, where)
-        ),
-    )
-
-
-def _answer(text: str, where: str) -> bool | None:
-    if text.lower() in _MISSING:
-        return None
-    if text.lower() not in _FELT:
-        raise UsageError(
-            f"response is {text!r}, which is no yes or no",
-            where=where,
-            do=f"write one of {', '.join(_FELT)}, or n/a",
-        )
-    return _FELT[text.lower()]
-
-
-def _level(factor: StudyFactor, text: str, trial_type: str, where: str) -> Level | None:
-    if text.lower() in _MISSING:
-        if trial_type != "stimulus":
-            return None
-        raise UsageError(
-            f"{factor.name} is missing", where=where, do="only catch and practice trials may lack it"
-        )
-    return factor.parse(text)
-
-
 def _refuse_duplicates(lines: Sequence[tuple[str, dict[str, str]]], rows: Sequence[TrialRow]) -> None:
     seen: dict[tuple[str, str, int], str] = {}
     for (where, cells), row in zip(lines, rows, strict=True):
@@ -322,39 +263,7 @@ def _refuse_duplicates(lines: Sequence[tuple[str, dict[str, str]]], rows: Sequen
         seen[key] = where
 
 
-def _count(name: str, cells: Mapping[str, str], where: str, *, default: int) -> int:
-    whole = _whole(name, cells, where)
-    return default if whole is None else whole
-
-
-def _whole(name: str, cells: Mapping[str, str], where: str) -> int | None:
-    """Return a cell as a whole number, also as 3.0, which pandas writes; None if it is missing."""
-    number = _quantity(name, cells, where)
-    if number is not None and (number < 0 or not number.is_integer()):
-        raise UsageError(f"{name} is {cells[name]!r}", where=where, do="give a whole number")
-    return None if number is None else int(number)
-
-
-def _quantity(name: str, cells: Mapping[str, str], where: str) -> float | None:
-    """Return a cell as a number; None if it is missing."""
-    text = cells.get(name, "")
-    if text.lower() in _MISSING:
-        return None
-    number = _number(text)
-    if number is None:
-        raise UsageError(f"{name} is {text!r}", where=where, do="give a number, with a decimal point, or n/a")
-    return number
-
-
-def _number(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
-
-
 def _order(word: str) -> tuple[int, float, str]:
     """Numbers by size, words after them by the alphabet."""
-    number = _number(word)
+    number = number_of(word)
     return (1, 0.0, word) if number is None else (0, number, word)

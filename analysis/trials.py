@@ -135,27 +135,40 @@ def _find_sessions(study: Path) -> tuple[tuple[LoggedSession, ...], tuple[Path, 
 
 
 def data_frame(rows: Iterable[TrialRow], design: Design) -> "pd.DataFrame":
-    """Return rows as the data frame that `Trials` describes."""
+    """Return rows as the data frame that `Trials` describes.
+
+    Raises
+    ------
+    UsageError
+        A factor has the name of another column.
+    """
     import pandas as pd
 
-    records = [
-        {
-            "participant": row.participant,
-            "session": row.session,
-            "block": row.block,
-            "trial": row.trial,
-            "attempt": row.attempt,
-            "trial_type": row.trial_type,
-            "trial_status": row.trial_status,
-            "felt": row.felt,
-            "response_time_s": row.response_time_s,
-            "used": row.used,
-            **vars(row.timing),
-        }
-        | dict(row.levels)
-        for row in rows
-    ]
-    frame = pd.DataFrame.from_records(records)
+    frame = pd.DataFrame.from_records([{**_cells(row), **row.levels} for row in rows])
     numbers = ("response_time_s", *(field.name for field in dataclasses.fields(TrialTiming)))
     frame = frame.astype({"felt": "boolean", **dict.fromkeys(numbers, "float64")})
     return frame.astype(dict.fromkeys((factor.name for factor in design.factors), "object"))
+
+
+def _cells(row: TrialRow) -> dict[str, object]:
+    """Return the cells of a row but for its levels."""
+    cells = {
+        "participant": row.participant,
+        "session": row.session,
+        "block": row.block,
+        "trial": row.trial,
+        "attempt": row.attempt,
+        "trial_type": row.trial_type,
+        "trial_status": row.trial_status,
+        "felt": row.felt,
+        "response_time_s": row.response_time_s,
+        "used": row.used,
+        **vars(row.timing),
+    }
+    clash = sorted(cells.keys() & row.levels.keys())
+    if clash:
+        raise UsageError(
+            f"a factor is called {', '.join(clash)}, which means something else here",
+            do="call the factor otherwise, in --columns: NAME=COLUMN",
+        )
+    return cells

@@ -8,6 +8,7 @@ import pytest
 from analysis.any_table import TableRequest, read_any_table
 from analysis.study import results_of
 from analysis.summary import plain_words
+from analysis.tables.all_tables import result_tables
 from analysis.trials import Trials
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison
@@ -257,3 +258,17 @@ def test_bids_events_without_a_factor_are_told_what_there_is(chest: StudyWriter)
     (table,) = chest.folder.glob("sub-03/*/beh/*_events.tsv")
     with pytest.raises(UsageError, match=r"other columns are .*modulation_hz, clothing"):
         read_any_table(table, TableRequest({}))
+
+
+def test_a_mixture_of_people_and_programs_is_said(tmp_path: Path) -> None:
+    rows = [f"{line},{'yes' if line.startswith('p1') else 'no'}" for line in lines()]
+    trials = read(tmp_path, rows, header="pid,felt,cloth,freq,simulated")
+    assert trials.simulated
+    assert any("40 of 160 lines are of simulated participants" in warning for warning in trials.warnings)
+
+
+@pytest.mark.parametrize("name", ["used", "felt", "attempt", "interval", "trials", "median_s"])
+def test_a_factor_with_the_name_of_another_column_is_refused(tmp_path: Path, name: str) -> None:
+    columns = {"participant": "pid", "response": "felt", name: "cloth"}
+    with pytest.raises(UsageError, match=f"a factor is called {name}"):
+        result_tables(results_of(read(tmp_path, lines(), columns=columns, comparisons=())))
