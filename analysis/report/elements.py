@@ -13,7 +13,7 @@ _XLINK = "{http://www.w3.org/1999/xlink}"
 _LEFT_OUT = (f"{_SVG}metadata", f"{_SVG}style")
 _ROUND = "stroke-linejoin: round; stroke-linecap: butt"
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
-_REFERENCE = re.compile(r"#([\w.-]+)")
+_URL = re.compile(r"url\(#([\w.-]+)\)")
 
 
 def tag(name: str, *content: Content, **attributes: str) -> Element:
@@ -65,18 +65,16 @@ def inline_svg(file: Path, name: str, label: str) -> Element:
         for child in list(element):
             if child.tag in _LEFT_OUT:
                 element.remove(child)
-    referred = {match for element in drawing.iter() for match in _references(element)}
     for element in drawing.iter():
         element.tag = element.tag.removeprefix(_SVG)
         element.attrib = {
-            key.replace(_XLINK, ""): _REFERENCE.sub(rf"#{name}-\1", value)
-            if key != "id" and _refers(key, value)
-            else value
+            key.removeprefix(_XLINK): _of(name, key.removeprefix(_XLINK), value)
             for key, value in element.attrib.items()
         }
-        own = element.attrib.pop("id", None)
-        if own in referred:
-            element.set("id", f"{name}-{own}")
+    referred = {match for element in drawing.iter() for match in _references(element)}
+    for element in drawing.iter():
+        if element.get("id") not in referred:
+            element.attrib.pop("id", None)
     drawing.attrib |= {"role": "img", "aria-label": _printable(label), "style": _ROUND}
     return drawing
 
@@ -86,18 +84,19 @@ def page_text(page: Element) -> str:
     return "<!DOCTYPE html>\n" + ElementTree.tostring(page, encoding="unicode", method="html") + "\n"
 
 
-def _references(element: Element) -> list[str]:
-    return [
-        match
-        for key, value in element.attrib.items()
-        if key != "id" and _refers(key, value)
-        for match in _REFERENCE.findall(value)
-    ]
+def _of(name: str, key: str, value: str) -> str:
+    """Return an attribute's value with the ids in it those of the drawing of that name."""
+    if key == "id":
+        return f"{name}-{value}"
+    if key == "href":
+        return f"#{name}-{value.removeprefix('#')}"
+    return _URL.sub(rf"url(#{name}-\1)", value)
 
 
-def _refers(key: str, value: str) -> bool:
-    """Return whether an attribute refers to an id; a colour begins with the same sign."""
-    return key.removeprefix(_XLINK) == "href" or "url(#" in value
+def _references(element: Element) -> set[str]:
+    """Return the ids that an element's attributes refer to."""
+    values = " ".join(value for key, value in element.attrib.items() if key != "href")
+    return {element.get("href", "").removeprefix("#"), *_URL.findall(values)}
 
 
 def _printable(text: str) -> str:

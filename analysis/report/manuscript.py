@@ -19,7 +19,7 @@ from analysis.wording import (
 )
 
 _CHI2 = "\N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO}"
-_NUMBERS = (
+_NUMBERS = [
     "no",
     "one",
     "two",
@@ -33,7 +33,7 @@ _NUMBERS = (
     "ten",
     "eleven",
     "twelve",
-)
+]
 _RATES = (
     "A participant's detection rate is the share of trials with a stimulus that were answered as felt. Rates "
     "are means over participants, each participant counting the same, with Student's 95 % t interval over "
@@ -63,13 +63,12 @@ def methods_text(results: Results, software: dict[str, str]) -> tuple[str, ...]:
         Versions of what was used, by name.
     """
     versions = ", ".join(f"{name} {version}" for name, version in software.items())
-    paragraphs = (
+    return (
         " ".join((*_people(results), *_design(results.trials.design.factors), *_trials(results))),
         " ".join((_RATES, _DETECTABILITY if results.detectability else _NO_CATCH_TRIALS)),
         " ".join(_tests_made(results.comparisons)),
         f"Analyses were made with {versions}.",
     )
-    return tuple(paragraph for paragraph in paragraphs if paragraph)
 
 
 def results_text(results: Results) -> tuple[str, ...]:
@@ -91,8 +90,8 @@ def results_text(results: Results) -> tuple[str, ...]:
 def _people(results: Results) -> Iterator[str]:
     trials = results.trials
     kind = "simulated participant" if results.simulated else "participant"
-    people = _counted(len(trials.participants), kind)
-    yield f"{people[0].upper()}{people[1:]} took part in {_counted(trials.sessions, 'session')}."
+    people = _upper_first(_counted(len(trials.participants), kind))
+    yield f"{people} took part in {_counted(trials.sessions, 'session')}."
     if results.simulated:
         yield "The participants were simulated by a program; these are no data about people."
 

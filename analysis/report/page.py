@@ -44,19 +44,8 @@ def report_page(results: Results, tables: Sequence[ResultTable], figures: Sequen
         ("Figures", "figures", [_figure(number, each) for number, each in enumerate(figures, start=1)]),
         ("Methods text", "methods", _paragraphs(methods_text(results, software_versions()))),
         ("Results text", "results", _paragraphs(results_text(results))),
-        (
-            "Tables",
-            "tables",
-            [
-                tag("p", _ABOUT_TABLES),
-                *map(table_section, tables),
-            ],
-        ),
-        (
-            "How the numbers were found",
-            "definitions",
-            [_facts(_METHODS)],
-        ),
+        ("Tables", "tables", [tag("p", _ABOUT_TABLES), *map(table_section, tables)]),
+        ("How the numbers were found", "definitions", [_facts(_METHODS)]),
         ("Provenance", "provenance", _provenance(results)),
     )
     page = tag(
