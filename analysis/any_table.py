@@ -85,6 +85,13 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
     file = read_delimited(path)
     columns = _columns(path, request, file.header)
     names = _factor_names(path, columns, file.header)
+    stray = [name for name in request.levels if name not in names]
+    if stray:
+        raise UsageError(
+            f"--levels names {', '.join(stray)}, which is no factor",
+            where=str(path),
+            do=f"name {', '.join(names)}",
+        )
     lines = _lines(file, columns, _entities(path))
     if not lines:
         raise UsageError("the table has no trials", where=str(path))

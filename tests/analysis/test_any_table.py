@@ -122,6 +122,7 @@ def test_missing_cells_are_told(tmp_path: Path) -> None:
         ),
         (lines(), {"columns": {"participant": "pid", "response": "felt"}}, "no factor is named"),
         (lines(), {"levels": {"clothing": ["inner", "coat"]}}, "levels that --levels does not name: both"),
+        (lines(), {"levels": {"cloth": ["inner", "both"]}}, "--levels names cloth, which is no factor"),
         (["p1,1,inner,25"], {}, "there is one condition only"),
         (
             lines(),
