@@ -1,15 +1,17 @@
 """Trials from any table of single answers: CSV or TSV, whoever recorded it."""
 
-import csv
-import math
+import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.checks import trial_warnings
+from analysis.any_row import MISSING_WORDS, is_simulated, number_of, trial_row
+from analysis.checks import look_alikes, trial_warnings, uneven_cells
+from analysis.delimited import DelimitedFile, read_delimited
 from analysis.design import Design, StudyFactor, format_level
-from analysis.trial_table import TrialRow
+from analysis.trial_table import TABLE_SUFFIX, TrialRow
 from analysis.trials import Trials, data_frame
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison, Level
@@ -26,20 +28,17 @@ KNOWN = (
     "trial_type",
     "trial_status",
     "response_time",
+    "onset_lateness",
+    "start_margin",
+    "silent_before",
+    "emitting_after",
+    "presses_before_onset",
+    "presses_late",
+    "underruns",
+    "simulated",
 )
-"""What a table may have besides factors; the first two are needed."""
+"""What a table may have besides factors; the first two are needed. Times are in s."""
 
-_FELT = {
-    "felt": True,
-    "1": True,
-    "true": True,
-    "yes": True,
-    "not_felt": False,
-    "0": False,
-    "false": False,
-    "no": False,
-}
-_MISSING = {"", "n/a", "na", "nan"}
 _MOST_LEVELS = 50
 
 
@@ -50,7 +49,8 @@ class TableRequest:
     Attributes
     ----------
     columns
-        The table's column for each of our names: those in `KNOWN`, and factors.
+        The table's column for each of our names: those in `KNOWN`, and factors. A column `simulated` is
+        always read.
     levels
         Order of a factor's levels; those that are not named are refused. Others: as numbers, or by the
         alphabet.
@@ -67,7 +67,8 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
     """Read a table of single answers.
 
     Without a column for trials every line is a trial of its own. Lines without an answer, interrupted ones
-    and practice are kept but not counted, and said to be.
+    and practice are kept but not counted, and said to be. A BIDS table of events (``*_events.tsv``) needs no
+    names for those columns that are called as in `KNOWN`, and may have participant and session in its name.
 
     Parameters
     ----------
@@ -81,74 +82,146 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
     UsageError
         The table cannot be read, lacks a column, or has answers, levels or trials that make no sense.
     """
-    names = [name for name in request.columns if name not in KNOWN]
-    for needed in KNOWN[:2]:
-        if needed not in request.columns:
-            raise UsageError(
-                f"no column is named for {needed}", where=str(path), do=f"add {needed}=COLUMN to --columns"
-            )
-    if not names:
+    file = read_delimited(path)
+    columns = _columns(path, request, file.header)
+    names = _factor_names(path, columns, file.header)
+    stray = [name for name in request.levels if name not in names]
+    if stray:
         raise UsageError(
-            "no factor is named", where=str(path), do="add FACTOR=COLUMN to --columns, such as clothing=cloth"
+            f"--levels names {', '.join(stray)}, which is no factor",
+            where=str(path),
+            do=f"name {', '.join(names)}",
         )
-    lines = list(_lines(path, request.columns))
+    lines = _lines(file, columns, _entities(path))
     if not lines:
         raise UsageError("the table has no trials", where=str(path))
     factors = tuple(_factor(path, name, lines, request) for name in names)
     design = Design(path.stem, None, factors, _checked(path, request.comparisons, factors))
-    rows = [_row(where, cells, number, factors) for number, (where, cells) in enumerate(lines, start=1)]
+    rows = [trial_row(where, cells, number, factors) for number, (where, cells) in enumerate(lines, start=1)]
     _refuse_duplicates(lines, rows)
     if not any(row.used for row in rows):
         raise UsageError("no trial is complete and answered", where=str(path))
+    simulated = [is_simulated(where, cells) for where, cells in lines]
     return Trials(
         design=design,
         table=data_frame(rows, design),
-        simulated=False,
-        warnings=trial_warnings([], {path: rows}, design),
+        simulated=any(simulated),
+        warnings=(
+            *trial_warnings([], {path: rows}, design),
+            *uneven_cells(rows),
+            *_look_alikes(design),
+            *_not_read(file.header, columns),
+            *_mixed_origins(simulated),
+        ),
         inputs=(path,),
+        command=_command(path, request),
     )
 
 
-def _lines(path: Path, columns: Mapping[str, str]) -> "Iterator[tuple[str, dict[str, str]]]":
-    """Return each line's place and its cells under our names."""
-    try:
-        text = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"the table cannot be read: {error}", where=str(path)) from error
-    reader = csv.DictReader(text, delimiter="\t" if path.suffix == ".tsv" else ",")
-    header = [name.strip() for name in reader.fieldnames or []]
-    reader.fieldnames = header
-    unknown = [column for column in columns.values() if column not in header]
+def _columns(path: Path, request: TableRequest, header: Sequence[str]) -> dict[str, str]:
+    """Return the table's column for each of our names, also of those that need not be named."""
+    unknown = [column for column in request.columns.values() if column not in header]
     if unknown:
         raise UsageError(
             f"there is no column {', '.join(map(repr, unknown))}",
             where=f"{path}:1",
-            do=f"name some of {', '.join(header)}" if header else "give a table with a first line of names",
+            do=f"name some of {', '.join(header)}",
         )
-    for cells in reader:
-        place = f"{path}:{reader.line_num}"
-        yield place, {ours: (cells[theirs] or "").strip() for ours, theirs in columns.items()}
+    understood = KNOWN if path.name.endswith(TABLE_SUFFIX) else ("simulated",)
+    taken = set(request.columns.values())
+    return {name: name for name in understood if name in header and name not in taken} | dict(request.columns)
+
+
+def _entities(path: Path) -> dict[str, str]:
+    """Return participant and session as a BIDS table's name has them."""
+    found = re.match(r"sub-(?P<participant>[A-Za-z0-9]+)_(ses-(?P<session>[A-Za-z0-9]+)_)?", path.name)
+    is_bids = found and path.name.endswith(TABLE_SUFFIX)
+    return {name: label for name, label in found.groupdict().items() if label} if found and is_bids else {}
+
+
+def _factor_names(path: Path, columns: Mapping[str, str], header: Sequence[str]) -> list[str]:
+    """Return the names of the factors; refuses if something that is needed is not named."""
+    for needed in KNOWN[:2]:
+        if needed not in columns and needed not in _entities(path):
+            raise UsageError(
+                f"no column is named for {needed}",
+                where=str(path),
+                do=f"add {needed}=COLUMN to --columns; the columns are {', '.join(header)}",
+            )
+    names = [name for name in columns if name not in KNOWN]
+    if not names:
+        others = ", ".join(column for column in header if column not in columns.values()) or "none"
+        raise UsageError(
+            "no factor is named",
+            where=str(path),
+            do=f"add FACTOR=COLUMN to --columns, such as clothing=cloth; other columns are {others}",
+        )
+    return names
+
+
+def _lines(
+    file: DelimitedFile, columns: Mapping[str, str], entities: Mapping[str, str]
+) -> list[tuple[str, dict[str, str]]]:
+    """Return each line's place and its cells under our names."""
+    return [
+        (place, {**entities, **{ours: cells[theirs] for ours, theirs in columns.items()}})
+        for place, cells in file.rows
+    ]
+
+
+def _look_alikes(design: Design) -> "Iterator[str]":
+    for factor in design.factors:
+        for words in look_alikes(map(str, factor.levels)):
+            yield f"levels of {factor.name} that differ only in case: {words}; are they one?"
+
+
+def _not_read(header: Sequence[str], columns: Mapping[str, str]) -> "Iterator[str]":
+    others = [column for column in header if column not in columns.values()]
+    if others:
+        yield f"columns of the table that were not read: {', '.join(others)}"
+
+
+def _mixed_origins(simulated: Sequence[bool]) -> "Iterator[str]":
+    if any(simulated) and not all(simulated):
+        yield (
+            f"{sum(simulated)} of {len(simulated)} lines are of simulated participants and the others are "
+            "not: results of a mixture are neither"
+        )
+
+
+def _command(path: Path, request: TableRequest) -> str:
+    """Return what a person types to read the table so."""
+    words = ["autd-trials", "analyse", path.name]
+    if request.columns:
+        words += ["--columns", ",".join(f"{name}={column}" for name, column in request.columns.items())]
+    for name, levels in request.levels.items():
+        words += ["--levels", f"{name}={','.join(levels)}"]
+    for comparison in request.comparisons:
+        at = f"@{comparison.at_each}" if comparison.at_each else ""
+        levels = [str(comparison.first), str(comparison.second)]
+        words += ["--compare", f"{comparison.factor}={','.join(levels)}{at}"]
+    return shlex.join(words)
 
 
 def _factor(
     path: Path, name: str, lines: Sequence[tuple[str, dict[str, str]]], request: TableRequest
 ) -> StudyFactor:
-    found = {cells[name] for _, cells in lines if cells[name].lower() not in _MISSING}
-    words = list(request.levels.get(name, ()))
-    if not words:
-        words = sorted(found, key=_order)
-    strange = sorted(found - set(words), key=_order)
+    found = {cells[name] for _, cells in lines if cells[name].lower() not in MISSING_WORDS}
+    words = list(request.levels.get(name, ())) or sorted(found, key=_order)
+    numeric = all(number_of(word) is not None for word in [*words, *found])
+    # 25 and 25.0 are one level.
+    levels: tuple[Level, ...] = tuple(dict.fromkeys(float(word) if numeric else word for word in words))
+    if not 1 <= len(levels) <= _MOST_LEVELS:
+        raise UsageError(f"{name} has {len(levels)} levels", where=str(path), do="is it a factor?")
+    factor = StudyFactor(name, levels, {}, within_block=True)
+    strange = sorted((word for word in found if factor.parse(word) is None), key=_order)
     if strange:
         raise UsageError(
             f"{name} has levels that --levels does not name: {', '.join(strange)}",
             where=str(path),
             do="name all levels, or leave that factor out of --levels",
         )
-    if not 1 <= len(words) <= _MOST_LEVELS:
-        raise UsageError(f"{name} has {len(words)} levels", where=str(path), do="is it a factor?")
-    numeric = all(_number(word) is not None for word in words)
-    levels: tuple[Level, ...] = tuple(float(word) if numeric else word for word in words)
-    return StudyFactor(name, levels, {}, within_block=True)
+    return factor
 
 
 def _checked(
@@ -163,6 +236,12 @@ def _checked(
                 raise UsageError(
                     f"{name} is compared but no factor", where=str(path), do=f"name {', '.join(known)}"
                 )
+        if comparison.at_each == comparison.factor:
+            raise UsageError(
+                f"{comparison.factor} is compared at each of its own levels",
+                where=str(path),
+                do="name another factor after @, or none",
+            )
         factor = known[comparison.factor]
         levels = [factor.parse(str(level)) for level in (comparison.first, comparison.second)]
         if None in levels or levels[0] == levels[1]:
@@ -174,51 +253,6 @@ def _checked(
             )
         checked.append(comparison.model_copy(update={"first": levels[0], "second": levels[1]}))
     return tuple(checked)
-
-
-def _row(where: str, cells: Mapping[str, str], number: int, factors: Sequence[StudyFactor]) -> TrialRow:
-    trial_type = cells.get("trial_type") or "stimulus"
-    status = cells.get("trial_status") or "complete"
-    if trial_type not in ("stimulus", "catch", "practice"):
-        raise UsageError(f"trial_type is {trial_type!r}", where=where, do="write stimulus, catch or practice")
-    if status not in ("complete", "interrupted"):
-        raise UsageError(f"trial_status is {status!r}", where=where, do="write complete or interrupted")
-    if not cells["participant"]:
-        raise UsageError("the participant is missing", where=where)
-    return TrialRow(
-        participant=cells["participant"],
-        session=cells.get("session") or "1",
-        block=_whole(cells.get("block"), "block", where, default=1),
-        trial=_whole(cells.get("trial"), "trial", where, default=number),
-        attempt=1,
-        trial_type=trial_type,
-        trial_status=status,
-        felt=_answer(cells["response"], where),
-        response_time_s=_number(cells.get("response_time", "")),
-        levels={factor.name: _level(factor, cells[factor.name], trial_type, where) for factor in factors},
-    )
-
-
-def _answer(text: str, where: str) -> bool | None:
-    if text.lower() in _MISSING:
-        return None
-    if text.lower() not in _FELT:
-        raise UsageError(
-            f"response is {text!r}, which is no yes or no",
-            where=where,
-            do=f"write one of {', '.join(_FELT)}, or n/a",
-        )
-    return _FELT[text.lower()]
-
-
-def _level(factor: StudyFactor, text: str, trial_type: str, where: str) -> Level | None:
-    if text.lower() in _MISSING:
-        if trial_type != "stimulus":
-            return None
-        raise UsageError(
-            f"{factor.name} is missing", where=where, do="only catch and practice trials may lack it"
-        )
-    return factor.parse(text)
 
 
 def _refuse_duplicates(lines: Sequence[tuple[str, dict[str, str]]], rows: Sequence[TrialRow]) -> None:
@@ -236,23 +270,7 @@ def _refuse_duplicates(lines: Sequence[tuple[str, dict[str, str]]], rows: Sequen
         seen[key] = where
 
 
-def _whole(text: str | None, name: str, where: str, *, default: int) -> int:
-    if not text:
-        return default
-    if not text.isdecimal():
-        raise UsageError(f"{name} is {text!r}", where=where, do="give a whole number")
-    return int(text)
-
-
-def _number(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
-
-
 def _order(word: str) -> tuple[int, float, str]:
     """Numbers by size, words after them by the alphabet."""
-    number = _number(word)
+    number = number_of(word)
     return (1, 0.0, word) if number is None else (0, number, word)

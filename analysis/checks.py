@@ -3,7 +3,7 @@
 import hashlib
 import itertools
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from analysis.design import Design, conditions, describe_condition
@@ -55,8 +55,33 @@ def trial_warnings(sessions: Sequence[LoggedSession], rows: Rows, design: Design
         *_uncounted(rows),
         *_unfinished(sessions, rows),
         *_pooled_sessions(rows),
+        *_similar_participants(rows),
         *_missing_cells(rows, design),
     )
+
+
+def look_alikes(words: Iterable[str]) -> tuple[str, ...]:
+    """Return words that differ only in case, those that belong together in one text."""
+    alike: dict[str, set[str]] = defaultdict(set)
+    for word in words:
+        alike[word.casefold()].add(word)
+    return tuple(", ".join(sorted(group)) for _, group in sorted(alike.items()) if len(group) > 1)
+
+
+def uneven_cells(rows: Sequence[TrialRow]) -> Iterator[str]:
+    """Return whether numbers of trials differ, for a table whose plan is not known."""
+    counts = Counter(
+        (row.participant, tuple(row.levels.items()))
+        for row in rows
+        if row.used and row.trial_type == "stimulus"
+    )
+    if len(set(counts.values())) > 1:
+        (participant, levels), fewest = min(counts.items(), key=lambda item: item[1])
+        cell = describe_condition(tuple((name, level) for name, level in levels if level is not None))
+        yield (
+            f"numbers of counted stimuli per participant and condition differ: from {fewest} "
+            f"(sub-{participant}, {cell}) to {max(counts.values())}"
+        )
 
 
 def _mixed_origins(sessions: Sequence[LoggedSession]) -> Iterator[str]:
@@ -142,10 +167,16 @@ def _unfinished(sessions: Sequence[LoggedSession], rows: Rows) -> Iterator[str]:
 
 
 def _pooled_sessions(rows: Rows) -> Iterator[str]:
-    sessions = Counter(its_rows[0].participant for its_rows in rows.values() if its_rows)
-    for participant, count in sorted(sessions.items()):
+    sessions = {(table, row.participant, row.session) for table, its_rows in rows.items() for row in its_rows}
+    for participant, count in sorted(Counter(participant for _, participant, _ in sessions).items()):
         if count > 1:
             yield f"sub-{participant} has {count} sessions; their trials are pooled"
+
+
+def _similar_participants(rows: Rows) -> Iterator[str]:
+    labels = {row.participant for row in itertools.chain.from_iterable(rows.values())}
+    for words in look_alikes(labels):
+        yield f"participants that differ only in case: {words}; are they one?"
 
 
 def _missing_cells(rows: Rows, design: Design) -> Iterator[str]:

@@ -1,6 +1,5 @@
 """The text below the figure: the tests as a table, and what one must know to read the figure."""
 
-import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING
 from analysis.comparisons import ComparisonResult
 from analysis.design import shown_factors
 from analysis.study import Results
+from analysis.style import INK, LEFT, LINE_IN, RIGHT, draw_notes, wrapped_notes
 from analysis.wording import (
     comparison_label,
     comparison_names,
@@ -22,11 +22,6 @@ from analysis.wording import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LINE_IN = 0.17
-"""Height of a line in inches."""
-
-_NOTE_CHARACTERS = 148
-_LEFT, _RIGHT = 0.012, 0.985
 _HEADINGS = (
     ("", ""),
     ("", "n"),
@@ -37,7 +32,7 @@ _HEADINGS = (
     ("paired t test", "t (df)"),
     ("", "p"),
     ("", "Holm"),
-    ("", "$d_z$"),
+    ("", "dz"),
 )
 _COLUMNS = (0.012, 0.225, 0.27, 0.475, 0.55, 0.625, 0.72, 0.81, 0.88, 0.945)
 
@@ -68,15 +63,13 @@ class FigureText:
                 y -= line * (1.1 if number == 1 else 1)
             self._rule(figure, y + 0.4 * line)
             y -= 0.5 * line
-        for note in self.notes:
-            figure.text(_LEFT, y, note, fontsize=7, color="#444444", va="center")
-            y -= line
+        draw_notes(figure, self.notes, y * figure.get_figheight())
 
     @staticmethod
     def _rule(figure: "Figure", y: float) -> None:
         from matplotlib.lines import Line2D
 
-        figure.add_artist(Line2D([_LEFT, _RIGHT], [y, y], color="#222222", linewidth=0.6))
+        figure.add_artist(Line2D([LEFT, RIGHT], [y, y], color=INK, linewidth=0.6))
 
 
 def figure_text(results: Results) -> FigureText:
@@ -125,7 +118,7 @@ def _notes(results: Results) -> tuple[str, ...]:
         notes.append("No catch trials: the false-alarm rate is undefined.")
     if results.warnings:
         notes.append(f"{len(results.warnings)} remark(s) on the data: see README.md beside this figure.")
-    return tuple(line for note in notes for line in textwrap.wrap(note, _NOTE_CHARACTERS))
+    return wrapped_notes(notes)
 
 
 def _comparison_notes(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:

@@ -85,6 +85,14 @@ METHODS: Mapping[str, str] = {
         "left out and counted. The exact sign test counts them too where a threshold is known to lie beyond "
         "the levels, and so beyond the other."
     ),
+    "timing": (
+        "Onset lateness is the actual minus the planned onset, and an onset is late over 1 ms; of complete "
+        "stimulus trials in real time, as nothing can be late in virtual time."
+    ),
+    "response_time": (
+        "From the onset to the first press, of stimuli that were felt; a participant's median and quartiles "
+        "(interpolated linearly), and the mean of the participants' medians with Student's 95 % t interval."
+    ),
     "holm": (
         "Holm's adjustment over all planned comparisons together, for each of the three tests by itself; "
         "comparisons that could not be tested do not count."

@@ -1,13 +1,14 @@
-"""Writing the results: tables, one JSON file, the figure, and what makes the folder a BIDS derivative."""
+"""Writing the results: tables, a JSON file, figures, the report, and what makes this a BIDS derivative."""
 
-import hashlib
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from analysis.figures import save_figure
+from analysis.all_figures import save_figures
 from analysis.methods import METHODS
+from analysis.report.page import report_page
+from analysis.report.provenance import input_hashes, software_versions
 from analysis.study import Results
 from analysis.tables.all_tables import result_tables
 from analysis.tables.table import ResultTable
@@ -16,6 +17,7 @@ from autd_trials.protocol.schema import Study
 from autd_trials.records.disk import replace_text
 from autd_trials.records.table import json_text, tsv
 
+REPORT = "report.html"
 _BIDS_VERSION = "1.10.0"
 
 
@@ -49,18 +51,22 @@ def write_results(results: Results, folder: Path) -> list[Path]:
         texts["dataset_description.json"] = json_text(
             _dataset_description(results, results.trials.design.study)
         )
-        texts[".bidsignore"] = "*.tsv\n*.json\n*.png\n*.svg\n*.pdf\n"
+        texts[".bidsignore"] = "*.tsv\n*.json\n*.png\n*.svg\n*.pdf\n*.html\n"
     try:
         for name, text in texts.items():
             replace_text(folder / name, text)
-        figures = save_figure(results, folder)
+        figures = save_figures(results, folder)
+        replace_text(folder / REPORT, report_page(results, tables, figures))
     except OSError as error:
         raise DeviceError(
             f"disk: cannot write the results: {error.strerror or error}",
             where=str(folder),
             do="make room or give a folder that can be written to",
         ) from error
-    return [*(folder / name for name in texts), *figures]
+    return [
+        *(folder / name for name in (*texts, REPORT)),
+        *(file for figure in figures for file in figure.files),
+    ]
 
 
 def results_json(results: Results) -> dict[str, Any]:
@@ -88,13 +94,9 @@ def results_json(results: Results) -> dict[str, Any]:
         "warnings": list(results.warnings),
         "methods": dict(METHODS),
         **{table.name: list(table.rows) for table in result_tables(results)},
-        "inputs": {path.name: _sha256(path) for path in trials.inputs},
-        "software": {name: version(name) for name in ("autd-trials", "numpy", "scipy", "pandas")},
+        "inputs": input_hashes(results),
+        "software": software_versions(),
     }
-
-
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _dataset_description(results: Results, study: Study) -> dict[str, Any]:
@@ -132,7 +134,8 @@ def _readme(results: Results, tables: Sequence[ResultTable]) -> str:
     return (
         f"{origin}# {results.trials.design.protocol}: results\n\n"
         "Made from the study's trial tables by `autd-trials analyse`; everything here can be made again.\n"
-        "The figure is `rates.png`, `rates.svg` and `rates.pdf`; all numbers are in `results.json` too.\n\n"
+        f"Everything in one file, to read or print: `{REPORT}`. The figures are beside it as PNG, SVG and "
+        "PDF; all numbers are in `results.json`.\n\n"
         f"## Methods\n\n{methods}\n"
         f"## Remarks on the data\n\n{warnings}\n"
         f"## Tables\n\nMissing or undefined is `n/a`.\n\n{described}"

@@ -1,40 +1,29 @@
 """The panels of the result figure: columns of participants' dots with their mean, on given axes."""
 
+import math
+import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from analysis.comparisons import ComparisonResult
+from analysis.design import StudyFactor
 from analysis.intervals import Interval
 from analysis.rates import ParticipantRate, over_participants
+from analysis.style import GREY, GRID, PLAIN, Style, level_style
+from analysis.wording import level_label, shortened
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK = "#222222"
-GREY = "#8A8A8A"
-
-# Okabe and Ito's colours, which are told apart with any colour vision; the markers repeat the distinction.
-_STYLES = (
-    ("#0072B2", "o"),
-    ("#D55E00", "s"),
-    ("#009E73", "^"),
-    ("#CC79A7", "D"),
-    ("#E69F00", "v"),
-    ("#56B4E9", "P"),
-)
 _GROUP_WIDTH = 0.84  # of the distance between two places of the axis
 _SPREAD = 0.55  # of a column's slot: what participants with the same value may take side by side
 _DOT_POINTS = 4.0  # diameter of a participant's dot
-
-
-@dataclass(frozen=True)
-class Style:
-    """Colour and marker of a column."""
-
-    colour: str
-    marker: str
+_CHARACTER_IN = 0.075  # mean width of a character of a label
+_HANDLE = 6  # what a legend's symbol takes, in characters
+_BESIDE_TITLE, _ABOVE_TITLE = 40, 96  # characters that a line of a legend has
+_LONGEST_LABEL = 40
 
 
 @dataclass(frozen=True)
@@ -45,14 +34,6 @@ class Column:
     mean: float | None
     interval: Interval | None
     style: Style
-
-
-PLAIN = Style(INK, "o")
-
-
-def level_style(index: int) -> Style:
-    """Return the style of a factor's level by its place in the list of levels."""
-    return Style(*_STYLES[index % len(_STYLES)])
 
 
 def rate_column(rates: Sequence[ParticipantRate], style: Style) -> Column:
@@ -70,6 +51,80 @@ def difference_column(result: ComparisonResult) -> Column:
     """Return the column of participants' differences in one comparison."""
     values = {participant: float(difference) for participant, difference in result.differences}
     return Column(values, result.mean, result.interval, PLAIN)
+
+
+def fitted_labels(labels: Sequence[str], width_in: float) -> list[str]:
+    """Return labels of places side by side within a width, broken into at most three lines each."""
+    characters = max(6, int(width_in / len(labels) / _CHARACTER_IN))
+    return [
+        "\n".join(textwrap.wrap(label, characters, max_lines=3, placeholder="\N{HORIZONTAL ELLIPSIS}"))
+        for label in labels
+    ]
+
+
+def prepare_axes(axes: "Axes", y_label: str, tick_labels: Sequence[str], x_label: str) -> None:
+    """Prepare axes with a place for each label along x, and horizontal lines to read values at."""
+    axes.set_xticks(range(len(tick_labels)), tick_labels)
+    axes.set_xlim(-0.55, len(tick_labels) - 0.45)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)
+    longest = max(len(line) for label in tick_labels for line in label.split("\n"))
+    crowded = longest * _CHARACTER_IN > _size_in(axes)[0] / len(tick_labels)
+    axes.tick_params(axis="x", length=0, labelsize=6 if crowded else 8)
+    axes.yaxis.grid(visible=True, color=GRID, linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+def legend_rows(factor: StudyFactor | None) -> int:
+    """Return how many lines a factor's legend takes above the panels' titles; 0 if it fits beside them."""
+    labels = _legend_labels(factor) if factor else []
+    if sum(len(label) + _HANDLE for label in labels) <= _BESIDE_TITLE:
+        return 0
+    return math.ceil(len(labels) / _legend_columns(labels))
+
+
+def draw_legend(axes: "Axes", factor: StudyFactor) -> None:
+    """Draw the legend of a factor's levels beside the panel's title, or above it if it is long."""
+    from matplotlib.lines import Line2D
+    from matplotlib.transforms import blended_transform_factory
+
+    labels = _legend_labels(factor)
+    styles = [level_style(index) for index in range(len(labels))]
+    handles = [
+        Line2D([], [], color=style.colour, marker=style.marker, linewidth=1.8, label=label)
+        for style, label in zip(styles, labels, strict=True)
+    ]
+    above = legend_rows(factor) > 0
+    across = blended_transform_factory(axes.figure.transFigure, axes.transAxes)
+    axes.legend(
+        handles=handles,
+        frameon=False,
+        loc="lower left" if above else "lower right",
+        bbox_to_anchor=(0.06, 1 + 0.26 / _size_in(axes)[1]) if above else (1.01, 0.985),
+        bbox_transform=across if above else axes.transAxes,
+        ncols=_legend_columns(labels) if above else len(labels),
+        fontsize=8,
+        columnspacing=1.4,
+        handlelength=1.6,
+        handletextpad=0.5,
+        borderaxespad=0,
+    )
+
+
+def _legend_labels(factor: StudyFactor) -> list[str]:
+    return [shortened(level_label(level), _LONGEST_LABEL) for level in factor.levels]
+
+
+def _legend_columns(labels: Sequence[str]) -> int:
+    return max(1, _ABOVE_TITLE // (max(map(len, labels)) + _HANDLE))
+
+
+def _size_in(axes: "Axes") -> tuple[float, float]:
+    """Return width and height of axes in inches."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    box = axes.get_position()
+    return figure.get_figwidth() * box.width, figure.get_figheight() * box.height
 
 
 def draw_columns(axes: "Axes", place: float, columns: Sequence[Column]) -> None:
@@ -102,9 +157,7 @@ def draw_columns(axes: "Axes", place: float, columns: Sequence[Column]) -> None:
 def _dot_width(axes: "Axes") -> float:
     """Return the width of a dot on the category axis, whose limits must stand already."""
     low, high = axes.get_xlim()
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    return _DOT_POINTS * (high - low) / (72 * figure.get_figwidth() * axes.get_position().width)
+    return _DOT_POINTS * (high - low) / (72 * _size_in(axes)[0])
 
 
 def _dot_positions(column: Column, centre: float, spacing: float) -> dict[str, tuple[float, float]]:

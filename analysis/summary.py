@@ -1,5 +1,6 @@
 """A short reading of the results for the terminal."""
 
+import shlex
 from collections.abc import Iterator, Sequence
 
 from analysis.comparisons import ComparisonResult
@@ -33,7 +34,7 @@ def plain_words(results: Results) -> str:
             "",
             *_false_alarm_lines(results),
             "",
-            *(_threshold_lines(results) if results.thresholds else _comparison_lines(results.comparisons)),
+            *_compared_lines(results),
             *_interaction_lines(results),
             *_order_lines(results.order_effects),
             *_warning_lines(results.warnings),
@@ -70,10 +71,29 @@ def _false_alarm_lines(results: Results) -> Iterator[str]:
     yield from _rate_lines(results.false_alarms)
 
 
-def _comparison_lines(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
-    if not comparisons:
+def _compared_lines(results: Results) -> Iterator[str]:
+    if results.thresholds:
+        return _threshold_lines(results)
+    return _comparison_lines(results.comparisons) if results.comparisons else _nothing_compared(results)
+
+
+def _nothing_compared(results: Results) -> Iterator[str]:
+    if results.trials.logged:
         yield "The protocol plans no comparison."
         return
+    yield "Nothing was compared, as --compare did not ask for it."
+    design = results.trials.design
+    compared = next((factor for factor in design.factors if len(factor.levels) > 1), None)
+    if compared is not None:
+        first, second = map(format_level, compared.levels[:2])
+        other = next((f"@{factor.name}" for factor in design.factors if factor != compared), "")
+        example = shlex.quote(f"{compared.name}={first},{second}{other}")
+        yield f"To compare two levels of a factor within participants: --compare {example}"
+    else:
+        yield "There is one condition only."
+
+
+def _comparison_lines(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
     yield "Planned comparisons (within participants, two-sided; Holm over all of them):"
     for result in comparisons:
         yield f"  {describe_condition(result.at)}: {_difference(result)}"

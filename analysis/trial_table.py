@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +19,33 @@ _ANSWERS = {"felt": True, "not_felt": False, MISSING: None}
 
 
 @dataclass(frozen=True)
+class TrialTiming:
+    """How well a trial was timed and what disturbed it; None where the table does not say.
+
+    Attributes
+    ----------
+    onset_lateness_s
+        Actual minus planned onset.
+    start_margin_s
+        What was left between the accepted start command and the onset.
+    silent_before_s, emitting_after_s
+        The array was last read back as silent so long before the onset, and first as emitting so long after.
+    presses_before_onset, presses_late
+        Presses outside the response window.
+    underruns
+        Gaps in the masking noise.
+    """
+
+    onset_lateness_s: float | None = None
+    start_margin_s: float | None = None
+    silent_before_s: float | None = None
+    emitting_after_s: float | None = None
+    presses_before_onset: int | None = None
+    presses_late: int | None = None
+    underruns: int | None = None
+
+
+@dataclass(frozen=True)
 class TrialRow:
     """One attempt at one trial; `felt` and `response_time_s` are None where there is no answer or press."""
 
@@ -32,11 +59,25 @@ class TrialRow:
     felt: bool | None
     response_time_s: float | None
     levels: Mapping[str, Level | None]
+    timing: TrialTiming = TrialTiming()
 
     @property
     def used(self) -> bool:
         """Whether the analysis counts it: complete, answered, and no practice."""
         return self.trial_status == "complete" and self.felt is not None and self.trial_type != "practice"
+
+
+def trial_timing(number: Callable[[str], float | None], count: Callable[[str], int | None]) -> TrialTiming:
+    """Return a trial's timing from what reads a column's number and a column's count."""
+    return TrialTiming(
+        onset_lateness_s=number("onset_lateness"),
+        start_margin_s=number("start_margin"),
+        silent_before_s=number("silent_before"),
+        emitting_after_s=number("emitting_after"),
+        presses_before_onset=count("presses_before_onset"),
+        presses_late=count("presses_late"),
+        underruns=count("underruns"),
+    )
 
 
 def read_trial_table(
@@ -108,6 +149,9 @@ def _records(table: Path, required: Sequence[str]) -> list[tuple[int, dict[str, 
             where=f"{table}:1",
             do="make the table again from the raw log: autd-trials export STUDY",
         )
+    twice = sorted({column for column in header if header.count(column) > 1})
+    if twice:
+        raise UsageError(f"the column(s) {', '.join(twice)} are there twice", where=f"{table}:1")
     records = []
     for line, text in enumerate(lines[1:], start=2):
         cells = text.split("\t")
@@ -131,6 +175,9 @@ class _Cells:
         if not re.fullmatch(r"[0-9]{1,9}", text):
             raise self._error(column, "a whole number")
         return int(text)
+
+    def count(self, column: str) -> int | None:
+        return None if self.cells.get(column, MISSING) == MISSING else self.integer(column)
 
     def number(self, column: str) -> float | None:
         text = self.cells.get(column, MISSING)
@@ -182,4 +229,5 @@ def _trial_row(
             for factor in factors
         }
         | level,
+        timing=trial_timing(cell.number, cell.count),
     )

@@ -1,5 +1,7 @@
 """A study's trial tables as one tidy data frame, with everything odd about them reported."""
 
+import dataclasses
+import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +10,7 @@ from typing import TYPE_CHECKING
 from analysis.checks import session_warnings, trial_warnings
 from analysis.design import Design, study_design
 from analysis.sessions import LoggedSession, read_sessions
-from analysis.trial_table import TABLE_SUFFIX, TrialRow, read_trial_table
+from analysis.trial_table import TABLE_SUFFIX, TrialRow, TrialTiming, read_trial_table
 from autd_trials.errors import UsageError
 
 if TYPE_CHECKING:
@@ -26,14 +28,19 @@ class Trials:
     table
         One row per attempt at a trial: participant, session, block, trial, attempt, trial_type (stimulus or
         catch), trial_status (complete or interrupted), felt (True, False or missing), response_time_s, `used`
-        (whether the analysis counts the row: complete and answered), and one column per factor (None where a
-        catch trial does not have it), and of what an adaptive method chose.
+        (whether the analysis counts the row: complete and answered), the fields of
+        `analysis.trial_table.TrialTiming`, and one column per factor (None where a catch trial does not have
+        it) and for what an adaptive method chose.
     simulated
         Whether any session was made by a simulated participant.
     warnings
         What a reader of the results should know about the data; nothing is left out in silence.
     inputs
         The files that were read: trial tables, then logs.
+    logged
+        The sessions as their raw logs have them; none for a table of whoever recorded it.
+    command
+        What makes these results again, the folder or file by its bare name.
     """
 
     design: Design
@@ -41,6 +48,8 @@ class Trials:
     simulated: bool
     warnings: tuple[str, ...]
     inputs: tuple[Path, ...]
+    logged: tuple[LoggedSession, ...] = ()
+    command: str = ""
 
     @property
     def participants(self) -> tuple[str, ...]:
@@ -91,6 +100,8 @@ def read_trials(study: Path) -> Trials:
             *trial_warnings(sessions, rows, design),
         ),
         inputs=(*tables, *(session.log for session in sessions)),
+        logged=sessions,
+        command=shlex.join(["autd-trials", "analyse", study.resolve().name]),
     )
 
 
@@ -125,25 +136,40 @@ def _find_sessions(study: Path) -> tuple[tuple[LoggedSession, ...], tuple[Path, 
 
 
 def data_frame(rows: Iterable[TrialRow], design: Design) -> "pd.DataFrame":
-    """Return rows as the data frame that `Trials` describes."""
+    """Return rows as the data frame that `Trials` describes.
+
+    Raises
+    ------
+    UsageError
+        A factor has the name of another column.
+    """
     import pandas as pd
 
-    records = [
-        {
-            "participant": row.participant,
-            "session": row.session,
-            "block": row.block,
-            "trial": row.trial,
-            "attempt": row.attempt,
-            "trial_type": row.trial_type,
-            "trial_status": row.trial_status,
-            "felt": row.felt,
-            "response_time_s": row.response_time_s,
-            "used": row.used,
-        }
-        | dict(row.levels)
-        for row in rows
-    ]
-    frame = pd.DataFrame.from_records(records)
-    frame = frame.astype({"felt": "boolean", "response_time_s": "float64"})
+    frame = pd.DataFrame.from_records([{**_cells(row), **row.levels} for row in rows])
+    numbers = ("response_time_s", *(field.name for field in dataclasses.fields(TrialTiming)))
+    frame = frame.astype({"felt": "boolean", **dict.fromkeys(numbers, "float64")})
     return frame.astype(dict.fromkeys((factor.name for factor in design.factors), "object"))
+
+
+def _cells(row: TrialRow) -> dict[str, object]:
+    """Return the cells of a row but for its levels."""
+    cells = {
+        "participant": row.participant,
+        "session": row.session,
+        "block": row.block,
+        "trial": row.trial,
+        "attempt": row.attempt,
+        "trial_type": row.trial_type,
+        "trial_status": row.trial_status,
+        "felt": row.felt,
+        "response_time_s": row.response_time_s,
+        "used": row.used,
+        **vars(row.timing),
+    }
+    clash = sorted(cells.keys() & row.levels.keys())
+    if clash:
+        raise UsageError(
+            f"a factor is called {', '.join(clash)}, which means something else here",
+            do="call the factor otherwise, in --columns: NAME=COLUMN",
+        )
+    return cells

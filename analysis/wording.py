@@ -9,6 +9,7 @@ from autd_trials.protocol.schema import Level
 
 MINUS = "\N{MINUS SIGN}"
 _UNITS = {"hz": "Hz", "s": "s", "ms": "ms", "mm": "mm", "db": "dB", "pa": "Pa"}
+_LONGEST_NAME = 24  # characters of a comparison's name in a figure
 _NAMES = {"modulation_hz": "Modulation frequency (Hz)"}
 
 
@@ -24,6 +25,11 @@ def level_label(level: Level) -> str:
     return format_level(level).replace("_", " + ")
 
 
+def shortened(text: str, characters: int) -> str:
+    """Return a text that has at most so many characters."""
+    return text if len(text) <= characters else f"{text[: characters - 1].rstrip()}\N{HORIZONTAL ELLIPSIS}"
+
+
 def levels_text(condition: Condition) -> str | None:
     """Return a condition for a table's cell, as in ``modulation_hz 25; clothing inner``; None if empty."""
     return "; ".join(f"{name} {format_level(level)}" for name, level in condition) or None
@@ -33,12 +39,17 @@ def comparison_names(results: Sequence[ComparisonResult]) -> list[str]:
     """Return a short name for each comparison: where it was made if that tells all apart, else its number."""
     if numbered(results):
         return [str(number) for number in range(1, len(results) + 1)]
-    return [", ".join(level_label(level) for _, level in result.at) or "overall" for result in results]
+    return [_place(result) for result in results]
 
 
 def numbered(results: Sequence[ComparisonResult]) -> bool:
-    """Return whether the comparisons are of different things, so that they are numbered."""
-    return len({(result.factor, result.first, result.second) for result in results}) > 1
+    """Return whether the comparisons are numbered: they are of different things, or their names are long."""
+    different = len({(result.factor, result.first, result.second) for result in results}) > 1
+    return different or any(len(_place(result)) > _LONGEST_NAME for result in results)
+
+
+def _place(result: ComparisonResult) -> str:
+    return ", ".join(level_label(level) for _, level in result.at) or "overall"
 
 
 def comparison_label(result: ComparisonResult) -> str:
@@ -76,7 +87,8 @@ def format_p(p: float | None) -> str:
 
 def format_rate(rate: float | None) -> str:
     """Return a rate or a difference of rates with two decimals."""
-    return "n/a" if rate is None else f"{rate:.2f}".replace("-", MINUS)
+    # 0 is added so that what rounds to nothing has no sign.
+    return "n/a" if rate is None else f"{round(rate, 2) + 0:.2f}".replace("-", MINUS)
 
 
 def format_interval(interval: Interval | None) -> str:

@@ -5,49 +5,116 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from analysis.power.run import PowerRow
+from analysis.style import (
+    GREY,
+    GRID,
+    HEADER_IN,
+    LINE_IN,
+    WIDTH_IN,
+    draw_header,
+    draw_notes,
+    draw_panel_title,
+    figure_style,
+    level_style,
+    save_figure,
+    wrapped_notes,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-_NAMES = {"sign_flip": "exact sign-flip", "paired_t": "paired t", "mixed_model": "mixed model"}
+_NAMES = {"sign_flip": "Exact sign-flip test", "paired_t": "Paired t test", "mixed_model": "Mixed model"}
+_PANELS_IN, _AXIS_IN = 2.8, 0.52
+_WANTED = 0.8
 
 
-def draw_power(rows: Sequence[PowerRow], alpha: float, about: str, stem: Path) -> list[Path]:
-    """Draw a panel for each test into ``stem.png`` and ``stem.svg``; return both.
+def draw_power(rows: Sequence[PowerRow], alpha: float, protocol: str, about: str, folder: Path) -> list[Path]:
+    """Draw a panel for each test into ``power.png``, ``power.svg`` and ``power.pdf``.
 
-    Bands are 95 % Monte Carlo intervals; dotted lines are false positives in studies without a difference.
+    Parameters
+    ----------
+    rows
+        The power of every test, comparison and size.
+    alpha
+        Level of significance.
+    protocol
+        Which studies were simulated.
+    about
+        What was assumed of the people.
+    folder
+        An existing folder.
     """
-    import matplotlib as mpl
+    with figure_style():
+        return save_figure(_draw(rows, alpha, protocol, about), folder, "power")
+
+
+def _draw(rows: Sequence[PowerRow], alpha: float, protocol: str, about: str) -> "Figure":
     from matplotlib.figure import Figure
 
     tests = list(dict.fromkeys(row.test for row in rows))
-    figure = Figure(figsize=(1 + 3.6 * len(tests), 3.8), layout="constrained")
+    comparisons = list(dict.fromkeys(row.comparison for row in rows))
+    notes = wrapped_notes(_notes(rows, alpha, about))
+    header_in = HEADER_IN + LINE_IN * len(comparisons)
+    below_in = _AXIS_IN + LINE_IN * (len(notes) + 0.6)
+    height_in = header_in + _PANELS_IN + below_in
+    figure = Figure(figsize=(WIDTH_IN, height_in))
     panels = figure.subplots(1, len(tests), sharey=True, squeeze=False)[0]
-    for axes, test in zip(panels, tests, strict=True):
-        _draw_test(axes, [row for row in rows if row.test == test], alpha)
-        axes.set_title(_NAMES[test], fontsize=10)
-    panels[0].set_ylabel("share of studies that find it")
-    panels[-1].legend(frameon=False, fontsize=7, loc="center right")
-    figure.suptitle(about, x=0.01, ha="left", fontsize=9)
-    paths = [stem.with_name(f"{stem.name}.{suffix}") for suffix in ("png", "svg")]
-    with mpl.rc_context({"svg.hashsalt": "autd_trials"}):
-        figure.savefig(paths[0], dpi=150)
-        figure.savefig(paths[1], metadata={"Date": None})
-    return paths
+    figure.subplots_adjust(
+        left=0.075, right=0.985, top=1 - header_in / height_in, bottom=below_in / height_in, wspace=0.1
+    )
+    draw_header(figure, protocol, "power", simulated=True)
+    for axes, letter, test in zip(panels, "ABC", tests, strict=False):
+        _draw_test(axes, [row for row in rows if row.test == test], comparisons, alpha)
+        draw_panel_title(axes, letter, _NAMES[test])
+    panels[0].set_ylabel("Share of studies that find it")
+    figure.legend(
+        handles=panels[0].get_lines()[: 2 * len(comparisons) : 2],
+        frameon=False,
+        loc="upper left",
+        bbox_to_anchor=(0.065, 1 - (HEADER_IN - 0.3) / height_in),
+        fontsize=8,
+        borderaxespad=0,
+    )
+    draw_notes(figure, notes, below_in - _AXIS_IN - 0.9 * LINE_IN)
+    return figure
 
 
-def _draw_test(axes: "Axes", rows: Sequence[PowerRow], alpha: float) -> None:
-    comparisons = dict.fromkeys(row.comparison for row in rows)
-    for comparison, colour in zip(comparisons, _COLOURS, strict=False):
+def _draw_test(axes: "Axes", rows: Sequence[PowerRow], comparisons: Sequence[str], alpha: float) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    for index, comparison in enumerate(comparisons):
         mine = [row for row in rows if row.comparison == comparison]
         sizes = [row.participants for row in mine]
         intervals = [row.power_interval for row in mine]
         low = [interval.low for interval in intervals if interval]
         high = [interval.high for interval in intervals if interval]
-        axes.fill_between(sizes, low, high, color=colour, alpha=0.25, linewidth=0)
-        axes.plot(sizes, [row.power for row in mine], "o-", markersize=3, color=colour, label=comparison)
-        axes.plot(sizes, [row.false_positives for row in mine], ":", color=colour)
-    axes.axhline(alpha, color="0.6", linewidth=0.8)
-    axes.axhline(0.8, color="0.8", linewidth=0.8)
-    axes.set(xlabel="participants", ylim=(0, 1.02))
+        style = level_style(index)
+        axes.fill_between(sizes, low, high, color=style.colour, alpha=0.25, linewidth=0)
+        axes.plot(
+            sizes,
+            [row.power for row in mine],
+            color=style.colour,
+            marker=style.marker,
+            markersize=4,
+            linewidth=1.4,
+            label=comparison,
+        )
+        axes.plot(sizes, [row.false_positives for row in mine], ":", color=style.colour)
+    for level in (alpha, _WANTED):
+        axes.axhline(level, color=GREY, linewidth=0.8, zorder=0)
+    axes.yaxis.grid(visible=True, color=GRID, linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.set(xlabel="Participants", ylim=(0, 1.02))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+
+
+def _notes(rows: Sequence[PowerRow], alpha: float, about: str) -> list[str]:
+    studies = sorted({row.studies for row in rows})
+    number = str(studies[0]) if len(studies) == 1 else f"{studies[0]} to {studies[-1]}"
+    return [
+        f"{number} simulated studies at each point. Lines: share that finds the difference at p < {alpha:g}, "
+        "not adjusted; bands: 95 % Wilson intervals of these Monte Carlo shares. Dotted: share that finds "
+        f"one where there is none. Horizontal lines: {alpha:g} and {_WANTED:g}.",
+        f"People: {about}",
+    ]

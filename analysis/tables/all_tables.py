@@ -10,6 +10,7 @@ from analysis.tables.other_models import other_model_tables
 from analysis.tables.rates import rate_tables
 from analysis.tables.table import ResultTable
 from analysis.tables.thresholds import threshold_tables
+from analysis.tables.timing import timing_tables
 
 
 def result_tables(results: Results) -> tuple[ResultTable, ...]:
@@ -27,7 +28,7 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
         what is undefined is said in a row of its own.
     """
     if results.trials.design.method is not None:
-        return (*rate_tables(results), *threshold_tables(results))
+        return (*rate_tables(results), *threshold_tables(results), *timing_tables(results))
     return (
         *rate_tables(results),
         comparison_table(results),
@@ -36,4 +37,5 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
         order_effect_table(results),
         *model_tables(results),
         *other_model_tables(results),
+        *timing_tables(results),
     )

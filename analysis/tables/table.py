@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from analysis.design import StudyFactor
 from analysis.intervals import Interval
+from autd_trials.errors import UsageError
 from autd_trials.records.table import Column
 
 Value = str | float | bool | None
@@ -58,6 +59,13 @@ def result_table(
     or_else: Row | None = None,
 ) -> ResultTable:
     """Return a table with its numbers rounded; where there are no rows, with `or_else` as its only one."""
+    names = [column.name for column in (*columns, NOTES, SIMULATED)]
+    twice = sorted({each for each in names if names.count(each) > 1})
+    if twice:
+        raise UsageError(
+            f"a factor is called {', '.join(twice)}, as is a column of the results",
+            do="call the factor otherwise: in --columns, or in the protocol before the study",
+        )
     made = list(rows) or ([or_else] if or_else else [])
     rounded = ({key: _rounded(value) for key, value in row.items()} for row in made)
     return ResultTable(

@@ -1,4 +1,4 @@
-"""`autd-trials analyse`: from a recorded study, or any table of answers, to tables and the figure."""
+"""`autd-trials analyse`: from a recorded study or any table of answers to tables, figures and the report."""
 
 import argparse
 from pathlib import Path
@@ -25,7 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--columns",
         metavar="NAME=COLUMN,...",
-        help="of a table: participant, response and the factors, perhaps session, trial, trial_type, ...",
+        help="of a table: participant, response and the factors, perhaps session, trial, trial_type, ...; "
+        "NAME alone is a column of that name",
     )
     parser.add_argument(
         "--levels",
@@ -63,7 +64,7 @@ def execute(options: argparse.Namespace) -> int:
         print_json(results_json(results))
     else:
         print_text(plain_words(results))
-    say(f"figure, tables and results: {folder}")
+    say(f"report, figures and tables: {folder}")
     return 0
 
 
@@ -74,14 +75,20 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
     from autd_trials.records.layout import analysis_folder
 
     if options.study.is_file():
-        columns = {
-            name: _single(column, name) for name, column in _pairs(options.columns, "--columns").items()
-        }
-        levels = {name: words for each in options.levels for name, words in _lists(each, "--levels").items()}
+        columns = {name: _single(words, name) for name, words in _columns(options.columns or "").items()}
+        levels: dict[str, list[str]] = {}
+        for each in options.levels:
+            _add(levels, *_list(each, "--levels"), "--levels")
         comparisons = tuple(_comparison(each) for each in options.compare)
         trials = read_any_table(options.study, TableRequest(columns, levels, comparisons))
         beside = options.study.with_name(f"{options.study.stem}-analysis")
         return results_of(trials, pooled=options.pooled), options.out or beside
+    if not options.study.exists():
+        raise UsageError(
+            "there is no such file or folder",
+            where=str(options.study),
+            do="give a study's folder, DATA/PROTOCOL, or a table",
+        )
     if options.columns or options.levels or options.compare:
         raise UsageError(
             "--columns, --levels and --compare are for tables; a study's protocol says what is what",
@@ -93,25 +100,26 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
     return results, options.out or analysis_folder(options.study)
 
 
-def _pairs(text: str | None, option: str) -> dict[str, list[str]]:
-    """Read NAME=COLUMN,NAME=COLUMN."""
-    if text is None:
-        raise UsageError(
-            "which column is what is not known",
-            do="give --columns participant=COLUMN,response=COLUMN,FACTOR=COLUMN,...",
-        )
-    pairs: dict[str, list[str]] = {}
-    for part in text.split(","):
-        pairs |= _lists(part, option)
-    return pairs
+def _columns(text: str) -> dict[str, list[str]]:
+    """Read NAME=COLUMN,NAME,...; a name alone is a column of that name."""
+    columns: dict[str, list[str]] = {}
+    for part in filter(None, text.split(",")):
+        _add(columns, *_list(part if "=" in part else f"{part}={part}", "--columns"), "--columns")
+    return columns
 
 
-def _lists(text: str, option: str) -> dict[str, list[str]]:
+def _list(text: str, option: str) -> tuple[str, list[str]]:
     """Read NAME=WORD,WORD."""
     name, separator, words = text.partition("=")
     if not separator or not name.strip() or not all(word.strip() for word in words.split(",")):
         raise UsageError(f"{option} has {text!r}", do="write NAME=WORD, as in clothing=cloth")
-    return {name.strip(): [word.strip() for word in words.split(",")]}
+    return name.strip(), [word.strip() for word in words.split(",")]
+
+
+def _add(known: dict[str, list[str]], name: str, words: list[str], option: str) -> None:
+    if name in known or len(set(words)) < len(words):
+        raise UsageError(f"{option} names {name}, or a word for it, twice", do="name each once")
+    known[name] = words
 
 
 def _single(words: "Sequence[str]", name: str) -> str:
@@ -124,7 +132,8 @@ def _comparison(text: str) -> "Comparison":
     from autd_trials.protocol.schema import Comparison
 
     compared, _, other = text.partition("@")
-    ((factor, levels),) = _lists(compared, "--compare").items()
+    factor, levels = _list(compared, "--compare")
     if len(levels) != 2:
         raise UsageError(f"--compare has {text!r}", do="name two levels: clothing=inner,both@modulation_hz")
-    return Comparison(factor=factor, first=levels[0], second=levels[1], at_each=other or None)
+    # Not validated: a protocol's rules for names of levels are not those of anybody's table.
+    return Comparison.model_construct(factor=factor, first=levels[0], second=levels[1], at_each=other or None)

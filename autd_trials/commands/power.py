@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=int, default=-1, metavar="N", help="processes (all cores)")
     parser.add_argument("--dask", metavar="ADDRESS", help="a Dask scheduler that shares the work out instead")
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="write power.tsv, power.png and power.svg there"
+        "--out", type=Path, metavar="DIR", help="write power.tsv and the figure there (PNG, SVG, PDF)"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
@@ -131,12 +131,18 @@ def _plain(rows: "Sequence[PowerRow]") -> list[dict[str, Any]]:
 def _write(rows: "Sequence[PowerRow]", options: argparse.Namespace, population: str) -> None:
     from analysis.power.figure import draw_power
 
-    options.out.mkdir(parents=True, exist_ok=True)
-    about = f"{options.protocol}: {options.studies} studies a point; {population}"
-    draw_power(rows, options.alpha, about, options.out / "power")
     columns = list(_flat(rows[0]))
     lines = ["\t".join(columns), *("\t".join(f"{value}" for value in _flat(row).values()) for row in rows)]
-    (options.out / "power.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+        draw_power(rows, options.alpha, Path(options.protocol).stem, population, options.out)
+        (options.out / "power.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise DeviceError(
+            f"disk: cannot write the results: {error.strerror or error}",
+            where=str(options.out),
+            do="make room or give a folder that can be written to",
+        ) from error
     say(f"table and figure: {options.out}")
 
 

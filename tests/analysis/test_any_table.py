@@ -7,9 +7,12 @@ import pytest
 
 from analysis.any_table import TableRequest, read_any_table
 from analysis.study import results_of
+from analysis.summary import plain_words
+from analysis.tables.all_tables import result_tables
 from analysis.trials import Trials
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison
+from tests.analysis.conftest import CHEST_COUNTS, StudyWriter
 
 COLUMNS = {"participant": "pid", "response": "felt", "clothing": "cloth", "modulation_hz": "freq"}
 COMPARISON = Comparison(factor="clothing", first="inner", second="both", at_each="modulation_hz")
@@ -119,6 +122,7 @@ def test_missing_cells_are_told(tmp_path: Path) -> None:
         ),
         (lines(), {"columns": {"participant": "pid", "response": "felt"}}, "no factor is named"),
         (lines(), {"levels": {"clothing": ["inner", "coat"]}}, "levels that --levels does not name: both"),
+        (lines(), {"levels": {"cloth": ["inner", "both"]}}, "--levels names cloth, which is no factor"),
         (["p1,1,inner,25"], {}, "there is one condition only"),
         (
             lines(),
@@ -149,3 +153,123 @@ def test_trials_that_are_there_twice_are_told(tmp_path: Path) -> None:
 def test_a_missing_table_is_told(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="the table cannot be read"):
         read_any_table(tmp_path / "none.csv", TableRequest(COLUMNS))
+
+
+def test_what_is_not_read_is_said(tmp_path: Path) -> None:
+    rows = [f"{line},a note" for line in lines()]
+    trials = read(tmp_path, rows, header="pid,felt,cloth,freq,comment")
+    assert trials.warnings == ("columns of the table that were not read: comment",)
+
+
+def test_the_same_number_written_otherwise_is_the_same_level(tmp_path: Path) -> None:
+    rows = [line.replace(",25", ",25.0") if number % 2 else line for number, line in enumerate(lines())]
+    assert read(tmp_path, rows).design.factors[1].levels == (25.0, 100.0)
+    named = read(tmp_path, rows, levels={"modulation_hz": ["100", "25"]})
+    assert named.design.factors[1].levels == (100.0, 25.0)
+
+
+def test_names_that_differ_only_in_case_are_said(tmp_path: Path) -> None:
+    rows = [*lines(), *(line.replace("p1", "P1").replace("inner", "Inner") for line in lines())]
+    warnings = read(tmp_path, rows).warnings
+    assert "participants that differ only in case: P1, p1; are they one?" in warnings
+    assert "levels of clothing that differ only in case: Inner, inner; are they one?" in warnings
+
+
+def test_uneven_numbers_of_trials_are_said(tmp_path: Path) -> None:
+    (warning,) = read(tmp_path, lines()[:-3]).warnings
+    assert warning == (
+        "numbers of counted stimuli per participant and condition differ: from 7 "
+        "(sub-p3, clothing both, modulation_hz 100) to 10"
+    )
+
+
+def test_sessions_of_one_participant_are_said_to_be_pooled(tmp_path: Path) -> None:
+    rows = [f"{line},{number % 2}" for number, line in enumerate(lines())]
+    trials = read(tmp_path, rows, header="pid,felt,cloth,freq,day", columns={**COLUMNS, "session": "day"})
+    assert trials.sessions == 8
+    assert "sub-p0 has 2 sessions; their trials are pooled" in trials.warnings
+
+
+def test_numbers_as_pandas_writes_them(tmp_path: Path) -> None:
+    rows = ["p1,1.0,inner,25,1.0,2.0", "p1,0.0,both,25,2.0,", "p1,,both,25,3.0,"]
+    columns = {**COLUMNS, "trial": "n", "presses_late": "late"}
+    trials = read(tmp_path, rows, header="pid,felt,cloth,freq,n,late", columns=columns)
+    assert trials.table["trial"].tolist() == [1, 2, 3]
+    assert trials.table["used"].tolist() == [True, True, False]
+    assert trials.table["presses_late"].fillna(-1).tolist() == [2, -1, -1]
+
+
+@pytest.mark.parametrize(
+    ("column", "text", "message"),
+    [
+        ("response_time", "fast", "response_time is 'fast'"),
+        ("response_time", "0,5", "response_time is '0,5'"),
+        ("trial", "1.5", "trial is '1.5'"),
+        ("block", "-1", "block is '-1'"),
+        ("underruns", "some", "underruns is 'some'"),
+        ("simulated", "maybe", "simulated is 'maybe'"),
+    ],
+)
+def test_cells_that_make_no_sense_are_refused(tmp_path: Path, column: str, text: str, message: str) -> None:
+    rows = ["p1,1,inner,25,", f'p1,1,inner,25,"{text}"']
+    with pytest.raises(UsageError, match=rf"trials\.csv:3: {message}"):
+        read(tmp_path, rows, header="pid,felt,cloth,freq,x", columns={**COLUMNS, column: "x"}, comparisons=())
+
+
+@pytest.mark.parametrize("label", ["", "n/a", "NaN"])
+def test_a_missing_participant_is_refused(tmp_path: Path, label: str) -> None:
+    with pytest.raises(UsageError, match=r"trials\.csv:2: the participant is missing"):
+        read(tmp_path, [f"{label},1,inner,25"], comparisons=())
+
+
+def test_a_column_called_simulated_is_always_read(tmp_path: Path) -> None:
+    header = "pid,felt,cloth,freq,simulated"
+    assert read(tmp_path, [f"{line},yes" for line in lines()], header=header).simulated
+    assert not read(tmp_path, [f"{line},no" for line in lines()], header=header).simulated
+
+
+def test_a_factor_at_each_of_its_own_levels_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="clothing is compared at each of its own levels"):
+        read(tmp_path, lines(), comparisons=(COMPARISON.model_copy(update={"at_each": "clothing"}),))
+
+
+def test_one_condition_has_rates(tmp_path: Path) -> None:
+    rows = [f"p{person},{trial % 2},inner,25" for person in range(3) for trial in range(4)]
+    results = results_of(read(tmp_path, rows, comparisons=()))
+    assert [rate.mean for rate in results.rates] == [0.5]
+    assert "There is one condition only." in plain_words(results)
+
+
+def test_what_was_not_compared_is_said_with_how_to_ask(tmp_path: Path) -> None:
+    words = plain_words(results_of(read(tmp_path, lines(), comparisons=())))
+    assert "Nothing was compared" in words
+    assert "--compare clothing=both,inner@modulation_hz" in words
+
+
+def test_bids_events_need_only_the_factors_to_be_named(chest: StudyWriter) -> None:
+    (table,) = chest.folder.glob("sub-03/*/beh/*_events.tsv")
+    trials = read_any_table(table, TableRequest({"clothing": "clothing", "modulation_hz": "modulation_hz"}))
+    assert trials.participants == ("03",)
+    assert trials.table["session"].unique().tolist() == ["01"]
+    assert int(trials.table["felt"].sum()) == sum(CHEST_COUNTS[2])
+    assert trials.table["onset_lateness_s"].eq(0).all()
+
+
+def test_bids_events_without_a_factor_are_told_what_there_is(chest: StudyWriter) -> None:
+    (table,) = chest.folder.glob("sub-03/*/beh/*_events.tsv")
+    with pytest.raises(UsageError, match=r"other columns are .*modulation_hz, clothing"):
+        read_any_table(table, TableRequest({}))
+
+
+def test_a_mixture_of_people_and_programs_is_said(tmp_path: Path) -> None:
+    rows = [f"{line},{'yes' if line.startswith('p1') else 'no'}" for line in lines()]
+    trials = read(tmp_path, rows, header="pid,felt,cloth,freq,simulated")
+    assert trials.simulated
+    assert any("40 of 160 lines are of simulated participants" in warning for warning in trials.warnings)
+
+
+@pytest.mark.parametrize("name", ["used", "felt", "attempt", "interval", "trials", "median_s"])
+def test_a_factor_with_the_name_of_another_column_is_refused(tmp_path: Path, name: str) -> None:
+    columns = {"participant": "pid", "response": "felt", name: "cloth"}
+    with pytest.raises(UsageError, match=f"a factor is called {name}"):
+        result_tables(results_of(read(tmp_path, lines(), columns=columns, comparisons=())))

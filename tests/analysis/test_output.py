@@ -26,6 +26,9 @@ TABLES = (
     "comparisons",
     "false_alarms",
     "false_alarms_by_participant",
+    "timing",
+    "response_times",
+    "response_times_by_participant",
 )
 
 

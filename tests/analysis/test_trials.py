@@ -147,6 +147,7 @@ def test_a_trial_that_is_complete_twice_is_refused_with_its_lines(chest: StudyWr
         (lambda text: text.replace("\t0.401\t", "\tnan\t", 1), "response_time is 'nan'"),
         (lambda text: text.replace("\tclothing", "\tclothes", 1), "lacks the column(s) clothing"),
         (lambda text: text.replace("\tinner\t", "\tinner ", 1), "11 cells under 12 column names"),
+        (lambda text: text.replace("\tattempt", "\tclothing", 1), "the column(s) clothing are there twice"),
         (lambda text: "", "lacks the column(s)"),
         (lambda text: "onset\x00", "lacks the column(s)"),
     ],

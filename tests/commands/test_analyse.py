@@ -32,8 +32,11 @@ def test_a_table_is_analysed_beside_itself(run: Run, table: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "give --columns participant=COLUMN"),
-        (["--columns", "participant"], "--columns has 'participant'"),
+        ([], "add participant=COLUMN to --columns; the columns are pid, felt, cloth, freq"),
+        (["--columns", "participant"], "there is no column 'participant'"),
+        (["--columns", "participant="], "--columns has 'participant='"),
+        (["--columns", f"{COLUMNS},clothing=freq"], "--columns names clothing, or a word for it, twice"),
+        (["--columns", COLUMNS, "--levels", "clothing=inner,inner"], "--levels names clothing"),
         (["--columns", COLUMNS, "--levels", "clothing"], "--levels has 'clothing'"),
         (["--columns", COLUMNS, "--compare", "clothing=inner"], "name two levels"),
     ],
@@ -42,6 +45,31 @@ def test_wrong_arguments_are_told(run: Run, table: Path, arguments: list[str], m
     result = run("analyse", table, *arguments)
     assert result.code == 2
     assert message in result.err
+
+
+def test_levels_that_no_protocol_could_have_are_compared(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    answers = (f"p{person},{person % 2},{level}" for person in range(6) for level in ("a b", "$c$"))
+    path.write_text("\n".join(["pid,felt,cloth", *answers]))
+    columns = "participant=pid,response=felt,cloth"
+    result = run("analyse", path, "--columns", columns, "--compare", "cloth=a b,$c$", "--json")
+    assert result.code == 0
+    assert [row["first"] for row in result.json["comparisons"]] == ["a b"]
+
+
+def test_the_report_says_how_to_make_it_again(run: Run, table: Path) -> None:
+    run("analyse", table, "--columns", COLUMNS, "--compare", "clothing=inner,both@modulation_hz", "--pooled")
+    report = (table.with_name("trials-analysis") / "report.html").read_text()
+    command = (
+        f"autd-trials analyse trials.csv --columns {COLUMNS} --compare clothing=inner,both@modulation_hz"
+    )
+    assert f"{command} --pooled" in report
+
+
+def test_nothing_there_is_told(run: Run, tmp_path: Path) -> None:
+    result = run("analyse", tmp_path / "none.csv", "--columns", COLUMNS)
+    assert result.code == 2
+    assert "there is no such file or folder" in result.err
 
 
 def test_columns_of_a_study_are_refused(run: Run, tmp_path: Path) -> None:

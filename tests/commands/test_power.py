@@ -17,9 +17,18 @@ def test_a_table_and_a_curve(run: Run, tmp_path: Path) -> None:
     lines = (tmp_path / "power.tsv").read_text().splitlines()
     assert len(lines) == 1 + 3 * 3 * 2
     assert (tmp_path / "power.png").stat().st_size > 10_000
+    assert (tmp_path / "power.pdf").read_bytes().startswith(b"%PDF")
     svg = (tmp_path / "power.svg").read_bytes()
     run("power", "chest", "--participants", "6-8", "--studies", 200, "--jobs", 1, "--out", tmp_path)
     assert (tmp_path / "power.svg").read_bytes() == svg
+
+
+def test_a_folder_that_cannot_be_written_is_said(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    out = tmp_path / "file" / "power"
+    result = run("power", "chest", "--participants", "6", "--studies", 10, "--jobs", 1, "--out", out)
+    assert result.code == 4
+    assert "cannot write the results" in result.err
 
 
 def test_plain_words(run: Run) -> None:

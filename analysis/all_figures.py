@@ -1,0 +1,96 @@
+"""All results of a study as figures."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.figures import draw_figure
+from analysis.study import Results
+from analysis.style import figure_style, save_figure
+from analysis.timing_figure import draw_timing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class ResultFigure:
+    """A figure of results.
+
+    Attributes
+    ----------
+    name
+        The files' name without its ending.
+    title
+        What it shows, in a few words.
+    about
+        What there is to see, for those who cannot see it.
+    draw
+        Draws it within `analysis.style.figure_style`; None if there is nothing to show.
+    """
+
+    name: str
+    title: str
+    about: str
+    draw: "Callable[[Results], Figure | None]"
+
+
+@dataclass(frozen=True)
+class SavedFigure:
+    """A figure that was drawn, and its files, one of each format."""
+
+    figure: ResultFigure
+    files: tuple[Path, ...]
+
+    @property
+    def svg(self) -> Path:
+        """The file that a browser shows at any size."""
+        return next(file for file in self.files if file.suffix == ".svg")
+
+
+FIGURES = (
+    ResultFigure(
+        "rates",
+        "Detection rates and paired differences",
+        "Left: the detection rate of every participant in every condition as a dot, with the mean over "
+        "participants and its 95 % t interval. Right, if comparisons are planned: every participant's "
+        "difference between the compared conditions, likewise. Below: the tests of these differences. All "
+        "numbers are in the tables of rates and of comparisons.",
+        draw_figure,
+    ),
+    ResultFigure(
+        "timing",
+        "Timing: onsets and response times",
+        "Cumulative shares of onset lateness and of each participant's response times, and every "
+        "participant's median response time in every condition with the mean over participants and its 95 % "
+        "t interval, as far as they were recorded. All numbers are in the tables of timing and of response "
+        "times.",
+        draw_timing,
+    ),
+)
+"""In the order in which a report shows them."""
+
+
+def save_figures(results: Results, folder: Path) -> tuple[SavedFigure, ...]:
+    """Draw all figures of a study and save each as PNG (300 dpi), SVG and PDF.
+
+    Parameters
+    ----------
+    results
+        The study's results.
+    folder
+        An existing folder.
+
+    Returns
+    -------
+    tuple of SavedFigure
+        Those that have something to show. The same results give the same bytes.
+    """
+    saved = []
+    with figure_style():
+        for each in FIGURES:
+            figure = each.draw(results)
+            if figure is not None:
+                saved.append(SavedFigure(each, tuple(save_figure(figure, folder, each.name))))
+    return tuple(saved)

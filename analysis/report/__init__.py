@@ -1,0 +1,1 @@
+"""The report: one HTML file with everything, to read, print and paste from."""
