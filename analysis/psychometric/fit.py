@@ -13,7 +13,7 @@ from analysis.psychometric.functions import (
     predictor_at_threshold,
     slope_per_steepness,
 )
-from analysis.psychometric.model import Answers, Model, Problem, problem
+from analysis.psychometric.model import HIGHEST_RATE, Answers, Model, Problem, problem
 from analysis.psychometric.starts import best_step, starting_points
 
 _SAME = 1e-6  # log likelihoods that differ less are the same
@@ -137,21 +137,74 @@ def probabilities(whole: Problem, parameters: Array) -> tuple[Array, Array]:
     )
 
 
-def steps(
-    whole: Problem, number: int, felt: Array, parameters: Array
-) -> tuple[NDArray[np.bool_], NDArray[np.intp], NDArray[np.bool_]]:
-    """Return whether a step is as likely as what was fitted; before or at which level, as `best_step`."""
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """What was fitted to a condition's data sets; arrays of shape (data sets,).
+
+    Attributes
+    ----------
+    place
+        Scaled place of the threshold; infinite where all answers speak for one beyond the levels, NaN for flat
+        functions.
+    slope
+        dF/dt at the threshold; infinite for steps, 0 for flat functions.
+    step
+        Whether a step is as likely as what was fitted.
+    level, at
+        The step is before the level of this number, or at it: F may then have any value there.
+    """
+
+    place: Array
+    slope: Array
+    step: NDArray[np.bool_]
+    level: NDArray[np.intp]
+    at: NDArray[np.bool_]
+
+
+def shapes(whole: Problem, number: int, felt: Array, parameters: Array) -> Shapes:
+    """Return thresholds and slopes of fits, of a condition with two levels or more.
+
+    Parameters
+    ----------
+    whole, number
+        The design, and the number of the condition.
+    felt, parameters
+        What was fitted, shape (data sets, rows), and what came out, (data sets, size).
+    """
     mine = (whole.condition == number) & (whole.likelihood.stimulus > 0)
     guess, lapse = whole.rates(number, parameters)
-    best, level, inside = best_step(felt[:, mine], whole.conditions[number].n, guess, lapse)
-    fitted = condition_log_likelihood(whole, number, felt, parameters)
-    return fitted <= best + _SAME, level, inside
+    n, levels, answered = whole.conditions[number].n, whole.levels(number), felt[:, mine]
+    best, level, at = best_step(answered, n, guess, lapse)
+    step = condition_log_likelihood(whole, number, felt, parameters) <= best + _SAME
+    intercept, steepness = parameters[:, 2 * number], parameters[:, 2 * number + 1]
+    flat = steepness < _FLAT
+    rise = np.where(flat, 1.0, steepness)
+    place = np.where(flat, np.nan, (predictor_at_threshold(whole.model.core) - intercept) / rise)
+    halfway = (guess + 1 - lapse) / 2
+    outer = np.concatenate([[-np.inf], levels, [np.inf]])
+    rate = (answered / n)[np.arange(len(felt)), np.minimum(level, len(levels) - 1)]
+    between = (outer[level] + outer[level + 1]) / 2
+    beyond = np.where((level == 0) & (rate > halfway), -np.inf, outer[np.minimum(level + 1, len(levels))])
+    beyond = np.where((level == len(levels) - 1) & (rate < halfway), np.inf, beyond)
+    slope = slope_per_steepness(whole.model.core) * steepness / whole.reach
+    return Shapes(
+        place=np.where(step, np.where(at, beyond, between), place),
+        slope=np.where(step, np.inf, np.where(flat, 0.0, slope)),
+        step=step,
+        level=level,
+        at=at,
+    )
 
 
 def _curve(whole: Problem, number: int, parameters: Array) -> Curve:
     guess, lapse = (float(rate[0]) for rate in whole.rates(number, parameters))
     intercept, steepness = (float(each) for each in parameters[0, 2 * number : 2 * number + 2])
     threshold, slope, notes = _threshold_and_slope(whole, number, parameters)
+    at_most = [
+        f"the {name} rate is at the highest allowed, {HIGHEST_RATE:g}"
+        for name, rate, found in (("guess", whole.model.guess, guess), ("lapse", whole.model.lapse, lapse))
+        if isinstance(rate, str) and found >= HIGHEST_RATE
+    ]
     return Curve(
         threshold=threshold,
         slope=slope,
@@ -159,7 +212,7 @@ def _curve(whole: Problem, number: int, parameters: Array) -> Curve:
         lapse=lapse,
         intercept=intercept - steepness * whole.middle / whole.reach,
         steepness=steepness / whole.reach,
-        notes=notes,
+        notes=(*notes, *at_most),
     )
 
 
@@ -169,37 +222,26 @@ def _threshold_and_slope(
     x = whole.conditions[number].x
     if len(x) < 2:
         return None, None, ("one level only: no function" if len(x) else "no trials",)
-    is_step, level, inside = (each[0] for each in steps(whole, number, whole.felt[None], parameters))
-    if is_step:
-        return _step_threshold(whole, number, int(level), at=bool(inside))
-    intercept, steepness = parameters[0, 2 * number : 2 * number + 2]
-    if steepness < _FLAT:
+    shape = shapes(whole, number, whole.felt[None], parameters)
+    place, slope = float(shape.place[0]), float(shape.slope[0])
+    if math.isnan(place):
         return None, 0.0, ("answers do not rise along the levels: no threshold",)
-    core = whole.model.core
-    place = whole.middle + whole.reach * (predictor_at_threshold(core) - intercept) / steepness
-    threshold = whole.axis.stimulus(float(place))
-    slope = slope_per_steepness(core) * float(steepness) / whole.reach
+    if math.isinf(place):
+        side = "below" if place < 0 else "above"
+        return None, None, (f"answers tell only that the threshold lies {side} the levels tested",)
+    threshold = whole.axis.stimulus(whole.middle + whole.reach * place)
+    if shape.step[0]:
+        return threshold, slope, (_step_note(x, int(shape.level[0]), at=bool(shape.at[0])),)
     if not x[0] <= threshold <= x[-1]:
-        where = "below" if threshold < x[0] else "above"
-        return threshold, slope, (f"threshold lies {where} the levels tested: extrapolated",)
+        side = "below" if threshold < x[0] else "above"
+        return threshold, slope, (f"threshold lies {side} the levels tested: extrapolated",)
     return threshold, slope, ()
 
 
-def _step_threshold(
-    whole: Problem, number: int, level: int, *, at: bool
-) -> tuple[float | None, float | None, tuple[str, ...]]:
-    x = whole.conditions[number].x
+def _step_note(x: Array, level: int, *, at: bool) -> str:
     if at:
-        note = f"answers change at {x[level]:.6g}: a step there is likeliest, with infinite slope"
-        return float(x[level]), math.inf, (note,)
-    if level == 0:
-        return None, None, ("felt at all levels: the threshold lies below them",)
-    if level == len(x):
-        return None, None, ("not felt at any level: the threshold lies above them",)
-    low, high = (float(each) for each in x[level - 1 : level + 1])
-    middle = whole.axis.stimulus(float(whole.axis.place(np.array([low, high])).mean()))
-    note = (
-        f"answers change between {low:.6g} and {high:.6g}: a step is likeliest, with infinite slope and its "
-        "threshold anywhere between; the middle is given"
+        return f"a step at {x[level]:.6g} is likeliest: infinite slope"
+    return (
+        f"a step between {x[level - 1]:.6g} and {x[level]:.6g} is likeliest: infinite slope, and any threshold "
+        "between; the middle is given"
     )
-    return middle, math.inf, (note,)

@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 
 from analysis.psychometric.functions import Array, Core
 
+PRECISE, QUICK = 1e-10, 1e-7
+"""Gains of log likelihood: a step that gains less is the last one."""
+
 _LEAST = 1e-300  # probabilities below have this logarithm
 _MOST_STEPS = 200
-_GAIN = 1e-10  # of log likelihood: a step that gains less is the last one
-_MOST_DAMPING = 1e10
-_BOLD = 1e-2  # damping below which a small gain means that the top is near
+_RIDGE = 1e-30  # what keeps the information regular where answers tell nothing
+_LEAST_DAMPING = 1e-10
+_TIMID = 1.0  # damping above which a small gain does not mean that the top is near
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +69,13 @@ class Likelihood:
         )
 
     def climb(
-        self, felt: Array, design: Array, offset: Array, start: Array, bounds: tuple[Array, Array]
+        self,
+        felt: Array,
+        design: Array,
+        offset: Array,
+        start: Array,
+        bounds: tuple[Array, Array],
+        gain: float = PRECISE,
     ) -> tuple[Array, Array]:
         """Maximise.
 
@@ -80,6 +89,8 @@ class Likelihood:
             Parameters to begin with, shape (problems, q + rates).
         bounds
             Lowest and highest parameters, each (problems, q + rates).
+        gain
+            `PRECISE`, or `QUICK` where the value matters more than the place of the top.
 
         Returns
         -------
@@ -95,6 +106,7 @@ class Likelihood:
         for _ in range(_MOST_STEPS):
             low, high = bounds[0][active], bounds[1][active]
             tried = np.clip(at + _step(at, gradient, information, damping, low, high), low, high)
+            promised = (gradient * (tried - at)).sum(axis=1)
             new = self._derivatives(felt[active], design[active], offset[active], tried)
             better = new[0] >= value
             gained = new[0] - value
@@ -102,9 +114,9 @@ class Likelihood:
             value = np.where(better, new[0], value)
             gradient = np.where(better[:, None], new[1], gradient)
             information = np.where(better[:, None, None], new[2], information)
-            damping = np.where(better, damping / 5, damping * 8)
+            damping = np.where(better, np.maximum(damping / 5, _LEAST_DAMPING), damping * 8)
             parameters[active], best[active] = at, value
-            going = np.where(better, (gained > _GAIN) | (damping > _BOLD), damping < _MOST_DAMPING)
+            going = np.where(better, (gained > gain) | (damping > _TIMID), promised > gain)
             if not going.any():
                 break
             active, at, value, damping = active[going], at[going], value[going], damping[going]
@@ -141,15 +153,13 @@ class Likelihood:
         return value, gradient, scaled.transpose(0, 2, 1) @ scaled
 
 
-def _step(
-    at: Array, gradient: Array, information: Array, damping: Array, low: Array, high: Array
-) -> Array:
+def _step(at: Array, gradient: Array, information: Array, damping: Array, low: Array, high: Array) -> Array:
     """Return damped steps; parameters that a bound holds do not move."""
     held: NDArray[np.bool_] = ((at <= low) & (gradient < 0)) | ((at >= high) & (gradient > 0))
     free = ~held
     size = at.shape[1]
     diagonal = np.minimum(np.einsum("bii->bi", information), 1e200)
     matrix = information * free[:, :, None] * free[:, None, :]
-    matrix = matrix + np.eye(size) * (damping[:, None] * diagonal + 1e-9 + held)[:, None, :]
+    matrix = matrix + np.eye(size) * (damping[:, None] * diagonal + _RIDGE + held)[:, None, :]
     found: Array = np.linalg.solve(matrix, (gradient * free)[..., None])[..., 0]
     return found
