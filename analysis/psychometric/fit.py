@@ -144,8 +144,8 @@ class Shapes:
     Attributes
     ----------
     place
-        Scaled place of the threshold; infinite where all answers speak for one beyond the levels, NaN for flat
-        functions.
+        Scaled place of the threshold; infinite where all answers speak for one beyond the levels, NaN for
+        flat functions.
     slope
         dF/dt at the threshold; infinite for steps, 0 for flat functions.
     step
@@ -242,6 +242,6 @@ def _step_note(x: Array, level: int, *, at: bool) -> str:
     if at:
         return f"a step at {x[level]:.6g} is likeliest: infinite slope"
     return (
-        f"a step between {x[level - 1]:.6g} and {x[level]:.6g} is likeliest: infinite slope, and any threshold "
-        "between; the middle is given"
+        f"a step between {x[level - 1]:.6g} and {x[level]:.6g} is likeliest: infinite slope, and any "
+        "threshold between; the middle is given"
     )

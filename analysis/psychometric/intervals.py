@@ -7,33 +7,26 @@ form; the values nearest to them are then refined.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.psychometric.fit import Fit
-from analysis.psychometric.functions import Array, predictor_at_threshold, slope_per_steepness
-from analysis.psychometric.likelihood import QUICK
-from analysis.psychometric.starts import grid_log_likelihood, threshold_grid, width
+from analysis.psychometric.functions import Array, slope_per_steepness
+from analysis.psychometric.profile import QUANTITIES, Job, Profile, Quantity, log_steepnesses
 
 PROFILE_INTERVAL = "95 % profile-likelihood interval"
 
-_Z = 1.959963984540054
 _INSIDE = np.linspace(-1.0, 1.0, 25)
 _OUTSIDE = np.geomspace(0.1, 20.0, 12)
 """Distances from the levels, in half ranges; where the profile is still near its top at the farthest one, an
 interval of thresholds is open."""
-_STEEPNESSES = 28
-_GENTLEST = 1e-3
-_STEEPEST_WIDTH = 0.1  # of the smallest distance between levels: as good as a step
-_SMALLEST_DISTANCE = 0.01  # in half ranges
 _REFINEMENTS = 25
 _NEAR = 1e-5
-_CLOSE = 1e-9
-
-Quantity = Literal["threshold", "slope"]
+_CLOSE = 2e-6
+_MOST_JUMPS = 12  # levels; with more the grid is fine enough
 
 
 @dataclass(frozen=True)
@@ -74,152 +67,103 @@ def profile_intervals(fitted: Fit) -> tuple[CurveIntervals, ...]:
         In the order of the curves.
     """
     able = [number for number, each in enumerate(fitted.problem.conditions) if len(each.x) > 1]
-    if not able:
-        return tuple(CurveIntervals(None, None) for _ in fitted.curves)
-    profile = _Profile(fitted)
-    points = [_grid(fitted, number, quantity) for number in able for quantity in _QUANTITIES]
-    whose = [(number, quantity) for number in able for quantity in _QUANTITIES]
-    jobs = [pair for pair, grid in zip(whose, points, strict=True) for _ in grid]
-    values = profile.losses(jobs, np.concatenate(points))
-    ends = _ends(profile, whose, points, np.split(values, np.cumsum([len(grid) for grid in points])[:-1]))
-    found = {number: CurveIntervals(None, None) for number in range(len(fitted.curves))}
-    for index, number in enumerate(able):
-        found[number] = CurveIntervals(
-            _thresholds(fitted, ends[2 * index]), _slopes(fitted, ends[2 * index + 1])
-        )
-    return tuple(found[number] for number in range(len(fitted.curves)))
-
-
-_QUANTITIES: tuple[Quantity, Quantity] = ("threshold", "slope")
-
-
-class _Profile:
-    """The profile of any condition's threshold (scaled place) or slope (log of the scaled steepness)."""
-
-    def __init__(self, fitted: Fit) -> None:
-        self.fitted, self.problem = fitted, fitted.problem
-        self.design = self.problem.design()
-        self.top = fitted.log_likelihood
-
-    def losses(self, jobs: list[tuple[int, Quantity]], points: Array) -> Array:
-        """Return signed distances from the intervals' ends, under 0 inside, of one point for each job.
-
-        They are roots of deviances, which are nearly straight lines, so that ends are found in few steps.
-        """
-        whole = self.problem
-        built = [self._restricted(*job, float(point)) for job, point in zip(jobs, points, strict=True)]
-        design, offset, start, low, high = (np.array(each) for each in zip(*built, strict=True))
-        felt = np.broadcast_to(whole.felt, offset.shape)
-        _, values = whole.likelihood.climb(felt, design, offset, start, (low, high), QUICK)
-        found: Array = np.sqrt(2 * np.maximum(0.0, self.top - values)) - _Z
-        return found
-
-    def _restricted(
-        self, number: int, quantity: Quantity, point: float
-    ) -> tuple[Array, Array, Array, Array, Array]:
-        """Return design, offset, start and bounds of the functions that have the value."""
-        whole, own = self.problem, 2 * number
-        gone = own if quantity == "threshold" else own + 1
-        design = np.delete(self.design, gone, axis=1)
-        start, low, high = (np.delete(each, gone) for each in (self.fitted.parameters, *whole.bounds()))
-        if quantity == "threshold":
-            # the steepness stays: predictor = predictor at the threshold + steepness (place - threshold)
-            offset = predictor_at_threshold(whole.model.core) * self.design[:, own]
-            design[:, own] = self.design[:, own + 1] - point * self.design[:, own]
-        else:
-            offset = math.exp(point) * self.design[:, own + 1]
-        start[own] = self._coarse(number, quantity, point)
-        return design, offset, start, low, high
-
-    def _coarse(self, number: int, quantity: Quantity, point: float) -> float:
-        """Return the best remaining parameter of a grid."""
-        whole = self.problem
-        mine = (whole.condition == number) & (whole.likelihood.stimulus > 0)
-        thresholds, logs = threshold_grid(whole.levels(number)), _log_steepnesses(self.fitted, number)
-        thresholds, steepness = (
-            (np.full(len(logs), point), np.exp(logs))
-            if quantity == "threshold"
-            else (thresholds, np.full(len(thresholds), math.exp(point)))
-        )
-        guess, lapse = (float(rate[0]) for rate in whole.rates(number, self.fitted.parameters[None]))
-        values = grid_log_likelihood(
-            whole, number, whole.felt[None, mine], (guess, lapse), thresholds, steepness
-        )
-        best = int(values[0].argmax())
-        if quantity == "threshold":
-            return float(steepness[best])
-        return predictor_at_threshold(whole.model.core) - math.exp(point) * float(thresholds[best])
-
-
-def _log_steepnesses(fitted: Fit, number: int) -> Array:
-    smallest = max(float(np.diff(fitted.problem.levels(number)).min()), _SMALLEST_DISTANCE)
-    steepest = width(fitted.problem.model.core) / (_STEEPEST_WIDTH * smallest)
-    return np.linspace(math.log(_GENTLEST), math.log(steepest), _STEEPNESSES)
+    jobs: list[Job] = [(number, quantity) for number in able for quantity in QUANTITIES]
+    ends = _ends(Profile(fitted), jobs) if jobs else {}
+    return tuple(
+        CurveIntervals(_thresholds(fitted, ends[number, "threshold"]), _slopes(fitted, ends[number, "slope"]))
+        if number in able
+        else CurveIntervals(None, None)
+        for number in range(len(fitted.curves))
+    )
 
 
 def _grid(fitted: Fit, number: int, quantity: Quantity) -> Array:
     """Return the points at which the profile is looked at, the estimate among them if there is one."""
-    whole, curve = fitted.problem, fitted.curves[number]
-    levels = whole.levels(number)
-    if quantity == "threshold":
-        middle, reach = (levels[-1] + levels[0]) / 2, (levels[-1] - levels[0]) / 2
-        inside = middle + reach * _INSIDE
-        grid = np.concatenate([levels[0] - reach * _OUTSIDE, inside, levels[-1] + reach * _OUTSIDE, levels])
-        if curve.threshold is not None and 0 < curve.threshold < math.inf:
-            estimate = (float(whole.axis.place(np.array(curve.threshold))) - whole.middle) / whole.reach
-            grid = np.append(grid, estimate)
-        return np.unique(np.clip(grid, grid[: len(_OUTSIDE)].min(), (levels[-1] + reach * _OUTSIDE).max()))
-    grid = _log_steepnesses(fitted, number)
-    steepness = fitted.parameters[2 * number + 1]
-    if steepness > 0:
-        grid = np.append(grid, np.clip(math.log(steepness), grid[0], grid[-1]))
-    return np.unique(grid)
+    if quantity == "slope":
+        grid = log_steepnesses(fitted, number)
+        steepness = float(fitted.parameters[2 * number + 1])
+        inside = [math.log(steepness)] if steepness > 0 else []
+        return np.unique(np.clip(np.append(grid, inside), grid[0], grid[-1]))
+    whole, curve, levels = fitted.problem, fitted.curves[number], fitted.problem.levels(number)
+    middle, reach = (levels[-1] + levels[0]) / 2, (levels[-1] - levels[0]) / 2
+    low, high = levels[0] - reach * _OUTSIDE, levels[-1] + reach * _OUTSIDE
+    # where answers are separated the profile jumps at a level
+    jumps = [levels - _CLOSE / 2, levels + _CLOSE / 2] if len(levels) <= _MOST_JUMPS else []
+    estimate = (
+        []
+        if curve.threshold is None
+        else [(float(whole.axis.place(np.array(curve.threshold))) - whole.middle) / whole.reach]
+    )
+    grid = np.concatenate([low, middle + reach * _INSIDE, levels, *jumps, estimate, high])
+    return np.unique(np.clip(grid, low[-1], high[-1]))
 
 
-def _ends(
-    profile: _Profile,
-    whose: list[tuple[int, Quantity]],
-    points: list[Array],
-    values: list[Array],
-) -> list[OpenInterval]:
-    """Refine the outermost crossings of all profiles together."""
-    jobs: list[tuple[int, Quantity]] = []
-    brackets: list[tuple[float, float, float, float]] = []
-    places: list[tuple[int, int]] = []
-    for index, (job, grid, value) in enumerate(zip(whose, points, values, strict=True)):
-        inside = np.flatnonzero(value < 0)
-        first, last = int(inside[0]), int(inside[-1])
-        for side, (near, far) in enumerate(((first, first - 1), (last, last + 1))):
-            if 0 <= far < len(grid):
-                jobs.append(job)
-                places.append((index, side))
-                brackets.append((grid[near], grid[far], value[near], value[far]))
-    ends: list[list[float | None]] = [[None, None] for _ in whose]
-    if jobs:
-        for (index, side), found in zip(places, _refine(profile, jobs, np.array(brackets)), strict=True):
-            ends[index][side] = float(found)
-    return [OpenInterval(low, high) for low, high in ends]
+def _ends(profile: Profile, jobs: Sequence[Job]) -> dict[Job, OpenInterval]:
+    """Look at all profiles on their grids, and refine the outermost crossings of all of them together."""
+    grids = [_grid(profile.fitted, *job) for job in jobs]
+    looked = [profile.look(job, grid) for job, grid in zip(jobs, grids, strict=True)]
+    points, values, parameters = (
+        np.concatenate(each)
+        for each in (grids, [value for value, _ in looked], [found for _, found in looked])
+    )
+    sides: list[tuple[Job, int]] = []
+    brackets: list[tuple[int, int]] = []
+    first = 0
+    for job, grid in zip(jobs, grids, strict=True):
+        inside = first + np.flatnonzero(values[first : first + len(grid)] < 0)
+        for side, near, far in ((0, inside[0], inside[0] - 1), (1, inside[-1], inside[-1] + 1)):
+            if first <= far < first + len(grid):
+                sides.append((job, side))
+                brackets.append((near, far))
+        first += len(grid)
+    ends: dict[Job, list[float | None]] = {job: [None, None] for job in jobs}
+    if sides:
+        near, far = np.array(brackets).T
+        ends_found = _refine(
+            profile,
+            [job for job, _ in sides],
+            points[near],
+            points[far],
+            values[near],
+            values[far],
+            parameters[near],
+        )
+        for (job, side), end in zip(sides, ends_found, strict=True):
+            ends[job][side] = float(end)
+    return {job: OpenInterval(low, high) for job, (low, high) in ends.items()}
 
 
-def _refine(profile: _Profile, jobs: list[tuple[int, Quantity]], brackets: Array) -> Array:
+def _refine(
+    profile: Profile,
+    jobs: Sequence[Job],
+    inside: Array,
+    outside: Array,
+    value_in: Array,
+    value_out: Array,
+    parameters: Array,
+) -> Array:
     """Return where signed distances are zero, by false position with halving (Illinois)."""
-    inside, outside, value_in, value_out = brackets.T.copy()
-    at = inside
+    found = inside.copy()
+    left = np.arange(len(jobs))
     for _ in range(_REFINEMENTS):
-        at = outside - value_out * (outside - inside) / (value_out - value_in)
-        value = profile.losses(jobs, at)
-        if float(np.abs(value).max()) < _NEAR:
+        going = np.abs(outside - inside) > _CLOSE  # closer at a jump, which has no zero
+        left, inside, outside = left[going], inside[going], outside[going]
+        value_in, value_out, parameters = value_in[going], value_out[going], parameters[going]
+        if len(left) == 0:
             break
+        at = outside - value_out * (outside - inside) / (value_out - value_in)
+        value, parameters = profile.losses([jobs[int(index)] for index in left], at, parameters)
+        found[left] = at
         within: NDArray[np.bool_] = value < 0
+        near = np.abs(value) < _NEAR
         # the end that is kept counts half, so that it is not kept for ever
         value_in, value_out = (
             np.where(within, value, value_in / 2),
             np.where(within, value_out / 2, value),
         )
-        inside, outside = np.where(within, at, inside), np.where(within, outside, at)
-        if float(np.abs(outside - inside).max()) < _CLOSE:  # a jump: at a level, where answers are separated
-            break
-    return at
+        inside = np.where(within | near, at, inside)
+        outside = np.where(within & ~near, outside, at)
+    return found
 
 
 def _thresholds(fitted: Fit, ends: OpenInterval) -> OpenInterval:

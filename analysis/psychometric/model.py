@@ -75,7 +75,7 @@ def answers(
     silent = axis.logarithmic & (table[:, 0] == 0)
     catch_felt, catch_n = (float(each) for each in table[silent, 1:].sum(axis=0) + catch)
     x, index = np.unique(table[~silent, 0], return_inverse=True)
-    felt, n = (np.bincount(index, table[~silent, column], len(x)) for column in (1, 2))
+    felt, n = (np.bincount(index, table[~silent, column], len(x)).astype(float) for column in (1, 2))
     return Answers(x, felt, n, catch_felt, catch_n)
 
 

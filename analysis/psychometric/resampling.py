@@ -56,8 +56,8 @@ class Resampled:
     goodness
         None with fewer than three levels: two are always fitted, if answers rise.
     flat
-        Number of resamples that had no threshold because they did not rise; the threshold's interval is that of
-        the others.
+        Number of resamples that had no threshold because they did not rise; the threshold's interval is that
+        of the others.
     resamples
         Number of resamples.
     """

@@ -229,7 +229,7 @@ def _group(cell: Condition, people: Sequence[ParticipantCurve], core: Core, axis
 def _group_notes(curves: Sequence[Curve], slope: Mean, mixed: MixedCurve | None) -> Iterator[str]:
     without = sum(each.threshold is None for each in curves)
     if without:
-        yield f"{without} of {len(curves)} participant(s) have no threshold and are not in the mean of thresholds"
+        yield f"{without} of {len(curves)} participant(s) have no threshold and are not in its mean"
     outside = sum(any("extrapolated" in note for note in each.notes) for each in curves)
     if outside:
         yield f"{outside} threshold(s) lie outside the levels tested: extrapolated"

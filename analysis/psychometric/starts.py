@@ -1,4 +1,4 @@
-"""Where to begin: a coarse grid of thresholds and widths, and the best step function, condition by condition."""
+"""Where to begin: coarse grids of thresholds and widths, and the best step function, of each condition."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ _WIDTHS = np.array([8.0, 3.0, 1.2, 0.5, 0.2, 0.06])
 _FAR = np.array([0.5, 2.0, 8.0])
 """Distances of thresholds outside the levels, in half ranges."""
 
+_GUESSES, _LAPSES = (0.02, 0.12), (0.01, 0.1)
 _LEAST = 1e-300
 
 
@@ -30,20 +31,27 @@ def starting_points(problem: Problem, felt: Array) -> Array:
     Array
         Shape (starts, data sets, size): one start for each of some guess and lapse rates.
     """
-    likelihood, functions = problem.likelihood, len(problem.conditions)
-    guesses, lapses = likelihood.guess_of.shape[1], likelihood.lapse_of.shape[1]
+    functions = len(problem.conditions)
     starts = []
-    for guess in (0.02, 0.12) if guesses else (0.0,):
-        for lapse in (0.01, 0.1) if lapses else (0.0,):
-            start = np.zeros((len(felt), problem.size))
-            start[:, 2 * functions : 2 * functions + guesses] = guess
-            start[:, 2 * functions + guesses :] = lapse
-            for number in range(functions):
-                mine = (problem.condition == number) & (likelihood.stimulus > 0)
-                rates = (guess + likelihood.fixed_guess, lapse + likelihood.fixed_lapse)
-                start[:, 2 * number : 2 * number + 2] = _coarse(problem, number, felt[:, mine], rates)
-            starts.append(start)
+    for rates in rates_to_try(problem):
+        start = np.zeros((len(felt), problem.size))
+        start[:, 2 * functions :] = rates
+        for number in range(functions):
+            mine = (problem.condition == number) & (problem.likelihood.stimulus > 0)
+            guess, lapse = (float(each[0]) for each in problem.rates(number, start[:1]))
+            start[:, 2 * number : 2 * number + 2] = _coarse(problem, number, felt[:, mine], (guess, lapse))
+        starts.append(start)
     return np.array(starts)
+
+
+def rates_to_try(problem: Problem) -> list[Array]:
+    """Return some values of the estimated rates, each of shape (rates,); one empty one if all are fixed."""
+    guesses, lapses = problem.likelihood.guess_of.shape[1], problem.likelihood.lapse_of.shape[1]
+    return [
+        np.concatenate([np.full(guesses, guess), np.full(lapses, lapse)])
+        for guess in (_GUESSES if guesses else (0.0,))
+        for lapse in (_LAPSES if lapses else (0.0,))
+    ]
 
 
 def _coarse(problem: Problem, number: int, felt: Array, rates: tuple[float, float]) -> Array:
@@ -109,8 +117,8 @@ def best_step(
     Returns
     -------
     log likelihood, level, inside
-        Each of shape (data sets,). The step is before the level of this number; or at this level itself, where
-        F may then have any value.
+        Each of shape (data sets,). The step is before the level of this number; or, if inside, at this level,
+        where F may then have any value.
     """
     p_low, p_high = guess[:, None], 1 - lapse[:, None]
     low, high = _log_likelihood(felt, n, p_low), _log_likelihood(felt, n, p_high)

@@ -1,0 +1,102 @@
+"""The profile likelihood of thresholds and slopes: the best function that has a given one."""
+
+import math
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+
+from analysis.psychometric.fit import Fit
+from analysis.psychometric.functions import Array, predictor_at_threshold
+from analysis.psychometric.likelihood import QUICK
+from analysis.psychometric.starts import grid_log_likelihood, rates_to_try, threshold_grid, width
+
+Quantity = Literal["threshold", "slope"]
+Job = tuple[int, Quantity]
+"""Number of a condition, and what is profiled."""
+
+QUANTITIES: tuple[Quantity, Quantity] = ("threshold", "slope")
+
+Z = 1.959963984540054
+_STEEPNESSES = 28
+_GENTLEST = 1e-3
+_STEEPEST_WIDTH = 0.1  # of the smallest distance between levels: as good as a step
+_SMALLEST_DISTANCE = 0.01  # in half ranges
+
+
+class Profile:
+    """The profile of any condition's threshold (scaled place) or slope (log of the scaled steepness)."""
+
+    def __init__(self, fitted: Fit) -> None:
+        self.fitted, self.whole = fitted, fitted.problem
+        self.design = self.whole.design()
+        fitted_rates = fitted.parameters[2 * len(self.whole.conditions) :]
+        self._rates = [fitted_rates, *(rates_to_try(self.whole) if len(fitted_rates) else [])]
+
+    def losses(self, jobs: Sequence[Job], points: Array, starts: Array) -> tuple[Array, Array]:
+        """Return signed distances from the intervals' ends, under 0 inside, and the functions' parameters.
+
+        Distances are roots of deviances, nearly straight lines, so that ends are found in few steps.
+
+        Parameters
+        ----------
+        jobs, points
+            One point for each job.
+        starts
+            Remaining parameters to begin with, shape (points, size - 1).
+        """
+        whole = self.whole
+        built = [self._restricted(*job, float(point)) for job, point in zip(jobs, points, strict=True)]
+        design, offset, low, high = (np.array(each) for each in zip(*built, strict=True))
+        felt = np.broadcast_to(whole.felt, offset.shape)
+        parameters, values = whole.likelihood.climb(felt, design, offset, starts, (low, high), QUICK)
+        return np.sqrt(2 * np.maximum(0.0, self.fitted.log_likelihood - values)) - Z, parameters
+
+    def _restricted(self, number: int, quantity: Quantity, point: float) -> tuple[Array, Array, Array, Array]:
+        """Return design, offset and bounds of the functions that have the value."""
+        own = 2 * number
+        gone = own + QUANTITIES.index(quantity)
+        design = np.delete(self.design, gone, axis=1)
+        low, high = (np.delete(each, gone) for each in self.whole.bounds())
+        if quantity == "slope":
+            return design, math.exp(point) * self.design[:, own + 1], low, high
+        # the steepness stays: predictor = predictor at the threshold + steepness (place - threshold)
+        design[:, own] = self.design[:, own + 1] - point * self.design[:, own]
+        offset = predictor_at_threshold(self.whole.model.core) * self.design[:, own]
+        return design, offset, low, high
+
+    def look(self, job: Job, points: Array) -> tuple[Array, Array]:
+        """Return `losses` at points of one job, from the best of several starts."""
+        starts = np.concatenate([self._starts(job, points, rates) for rates in self._rates])
+        count = len(self._rates)
+        values, parameters = self.losses([job] * len(starts), np.tile(points, count), starts)
+        best = values.reshape(count, -1).argmin(axis=0) * len(points) + np.arange(len(points))
+        return values[best], parameters[best]
+
+    def _starts(self, job: Job, points: Array, rates: Array) -> Array:
+        """Return the fitted parameters, but with these rates, and the condition's own one from a grid."""
+        (number, quantity), whole = job, self.whole
+        mine = (whole.condition == number) & (whole.likelihood.stimulus > 0)
+        full = np.concatenate([self.fitted.parameters[: 2 * len(whole.conditions)], rates])
+        guess, lapse = (float(rate[0]) for rate in whole.rates(number, full[None]))
+        if quantity == "threshold":
+            others = np.exp(log_steepnesses(self.fitted, number))
+            threshold, steepness = np.repeat(points, len(others)), np.tile(others, len(points))
+        else:
+            others = threshold_grid(whole.levels(number))
+            threshold, steepness = np.tile(others, len(points)), np.exp(np.repeat(points, len(others)))
+        values = grid_log_likelihood(
+            whole, number, whole.felt[None, mine], (guess, lapse), threshold, steepness
+        )
+        best = others[values.reshape(len(points), len(others)).argmax(axis=1)]
+        found = np.tile(np.delete(full, 2 * number + QUANTITIES.index(quantity)), (len(points), 1))
+        at_threshold = predictor_at_threshold(whole.model.core)
+        found[:, 2 * number] = best if quantity == "threshold" else at_threshold - np.exp(points) * best
+        return found
+
+
+def log_steepnesses(fitted: Fit, number: int) -> Array:
+    """Return logarithms of scaled steepnesses, from flat to as good as a step."""
+    smallest = max(float(np.diff(fitted.problem.levels(number)).min()), _SMALLEST_DISTANCE)
+    steepest = width(fitted.problem.model.core) / (_STEEPEST_WIDTH * smallest)
+    return np.linspace(math.log(_GENTLEST), math.log(steepest), _STEEPNESSES)
