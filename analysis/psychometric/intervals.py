@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from analysis.psychometric.fit import Fit
 from analysis.psychometric.functions import Array, slope_per_steepness
@@ -101,68 +100,52 @@ def _grid(fitted: Fit, number: int, quantity: Quantity) -> Array:
 def _ends(profile: Profile, jobs: Sequence[Job]) -> dict[Job, OpenInterval]:
     """Look at all profiles on their grids, and refine the outermost crossings of all of them together."""
     grids = [_grid(profile.fitted, *job) for job in jobs]
-    looked = [profile.look(job, grid) for job, grid in zip(jobs, grids, strict=True)]
-    points, values, parameters = (
-        np.concatenate(each)
-        for each in (grids, [value for value, _ in looked], [found for _, found in looked])
-    )
-    sides: list[tuple[Job, int]] = []
-    brackets: list[tuple[int, int]] = []
-    first = 0
-    for job, grid in zip(jobs, grids, strict=True):
-        inside = first + np.flatnonzero(values[first : first + len(grid)] < 0)
-        for side, near, far in ((0, inside[0], inside[0] - 1), (1, inside[-1], inside[-1] + 1)):
-            if first <= far < first + len(grid):
-                sides.append((job, side))
-                brackets.append((near, far))
-        first += len(grid)
+    repeated = [job for job, grid in zip(jobs, grids, strict=True) for _ in grid]
+    distances = profile.distances(repeated, np.concatenate(grids))
     ends: dict[Job, list[float | None]] = {job: [None, None] for job in jobs}
+    sides: list[tuple[Job, int]] = []
+    brackets: list[tuple[float, float, float, float]] = []
+    of_jobs = np.split(distances, np.cumsum([len(grid) for grid in grids])[:-1])
+    for job, grid, distance in zip(jobs, grids, of_jobs, strict=True):
+        inside = np.flatnonzero(distance <= max(0.0, float(distance.min())))
+        for side, near, far in ((0, inside[0], inside[0] - 1), (1, inside[-1], inside[-1] + 1)):
+            if 0 <= far < len(grid):
+                sides.append((job, side))
+                brackets.append((grid[near], grid[far], distance[near], distance[far]))
     if sides:
-        near, far = np.array(brackets).T
-        ends_found = _refine(
-            profile,
-            [job for job, _ in sides],
-            points[near],
-            points[far],
-            values[near],
-            values[far],
-            parameters[near],
-        )
-        for (job, side), end in zip(sides, ends_found, strict=True):
+        found = _refine(profile, [job for job, _ in sides], np.array(brackets))
+        for (job, side), end in zip(sides, found, strict=True):
             ends[job][side] = float(end)
     return {job: OpenInterval(low, high) for job, (low, high) in ends.items()}
 
 
-def _refine(
-    profile: Profile,
-    jobs: Sequence[Job],
-    inside: Array,
-    outside: Array,
-    value_in: Array,
-    value_out: Array,
-    parameters: Array,
-) -> Array:
-    """Return where signed distances are zero, by false position with halving (Illinois)."""
-    found = inside.copy()
-    left = np.arange(len(jobs))
+def _refine(profile: Profile, jobs: Sequence[Job], brackets: Array) -> Array:
+    """Return where signed distances are zero, by false position (Illinois).
+
+    Columns of the brackets: a point inside, a point outside, and the distances there.
+    """
+    found = brackets[:, 0].copy()
+    left, last = np.arange(len(jobs)), np.zeros(len(jobs))
     for _ in range(_REFINEMENTS):
-        going = np.abs(outside - inside) > _CLOSE  # closer at a jump, which has no zero
-        left, inside, outside = left[going], inside[going], outside[going]
-        value_in, value_out, parameters = value_in[going], value_out[going], parameters[going]
+        going = np.abs(brackets[:, 1] - brackets[:, 0]) > _CLOSE  # closer at a jump, which has no zero
+        left, last, brackets = left[going], last[going], brackets[going]
         if len(left) == 0:
             break
+        inside, outside, value_in, value_out = brackets.T
         at = outside - value_out * (outside - inside) / (value_out - value_in)
-        value, parameters = profile.losses([jobs[int(index)] for index in left], at, parameters)
+        value = profile.distances([jobs[int(index)] for index in left], at)
         found[left] = at
-        within: NDArray[np.bool_] = value < 0
-        near = np.abs(value) < _NEAR
-        # the end that is kept counts half, so that it is not kept for ever
-        value_in, value_out = (
-            np.where(within, value, value_in / 2),
-            np.where(within, value_out / 2, value),
+        side = np.where(np.abs(value) < _NEAR, 0.0, np.sign(value))
+        # an end that is kept a second time counts half, so that it is not kept for ever
+        brackets = np.column_stack(
+            [
+                np.where(side <= 0, at, inside),
+                np.where(side >= 0, at, outside),
+                np.where(side <= 0, value, np.where(last > 0, value_in / 2, value_in)),
+                np.where(side >= 0, value, np.where(last < 0, value_out / 2, value_out)),
+            ]
         )
-        inside = np.where(within | near, at, inside)
-        outside = np.where(within & ~near, outside, at)
+        last = side
     return found
 
 

@@ -17,7 +17,7 @@ PRECISE, QUICK = 1e-10, 1e-7
 
 _LEAST = 1e-300  # probabilities below have this logarithm
 _MOST_STEPS = 200
-_RIDGE = 1e-30  # what keeps the information regular where answers tell nothing
+_NO_INFORMATION = 1e-25
 _LEAST_DAMPING = 1e-10
 _TIMID = 1.0  # damping above which a small gain does not mean that the top is near
 
@@ -154,12 +154,13 @@ class Likelihood:
 
 
 def _step(at: Array, gradient: Array, information: Array, damping: Array, low: Array, high: Array) -> Array:
-    """Return damped steps; parameters that a bound holds do not move."""
+    """Return damped steps; parameters that a bound holds, or of which answers tell nothing, do not move."""
+    diagonal = np.minimum(np.einsum("bii->bi", information), 1e200)
     held: NDArray[np.bool_] = ((at <= low) & (gradient < 0)) | ((at >= high) & (gradient > 0))
+    held |= diagonal < _NO_INFORMATION
     free = ~held
     size = at.shape[1]
-    diagonal = np.minimum(np.einsum("bii->bi", information), 1e200)
     matrix = information * free[:, :, None] * free[:, None, :]
-    matrix = matrix + np.eye(size) * (damping[:, None] * diagonal + _RIDGE + held)[:, None, :]
+    matrix = matrix + np.eye(size) * (damping[:, None] * diagonal + held)[:, None, :]
     found: Array = np.linalg.solve(matrix, (gradient * free)[..., None])[..., 0]
     return found

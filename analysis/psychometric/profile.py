@@ -33,24 +33,33 @@ class Profile:
         fitted_rates = fitted.parameters[2 * len(self.whole.conditions) :]
         self._rates = [fitted_rates, *(rates_to_try(self.whole) if len(fitted_rates) else [])]
 
-    def losses(self, jobs: Sequence[Job], points: Array, starts: Array) -> tuple[Array, Array]:
-        """Return signed distances from the intervals' ends, under 0 inside, and the functions' parameters.
+    def distances(self, jobs: Sequence[Job], points: Array) -> Array:
+        """Return signed distances from the intervals' ends, under 0 inside.
 
-        Distances are roots of deviances, nearly straight lines, so that ends are found in few steps.
+        They are roots of deviances, which are nearly straight lines, so that ends are found in few steps.
 
         Parameters
         ----------
         jobs, points
-            One point for each job.
-        starts
-            Remaining parameters to begin with, shape (points, size - 1).
+            One point for each job; jobs may come again.
         """
         whole = self.whole
         built = [self._restricted(*job, float(point)) for job, point in zip(jobs, points, strict=True)]
         design, offset, low, high = (np.array(each) for each in zip(*built, strict=True))
-        felt = np.broadcast_to(whole.felt, offset.shape)
-        parameters, values = whole.likelihood.climb(felt, design, offset, starts, (low, high), QUICK)
-        return np.sqrt(2 * np.maximum(0.0, self.fitted.log_likelihood - values)) - Z, parameters
+        starts = self._starts(jobs, points)
+        count = len(starts)
+        again = np.tile(np.arange(len(points)), count)
+        _, values = whole.likelihood.climb(
+            np.broadcast_to(whole.felt, (len(again), len(whole.felt))),
+            design[again],
+            offset[again],
+            starts.reshape(len(again), -1),
+            (low[again], high[again]),
+            QUICK,
+        )
+        best = values.reshape(count, -1).max(axis=0)
+        found: Array = np.sqrt(2 * np.maximum(0.0, self.fitted.log_likelihood - best)) - Z
+        return found
 
     def _restricted(self, number: int, quantity: Quantity, point: float) -> tuple[Array, Array, Array, Array]:
         """Return design, offset and bounds of the functions that have the value."""
@@ -65,33 +74,35 @@ class Profile:
         offset = predictor_at_threshold(self.whole.model.core) * self.design[:, own]
         return design, offset, low, high
 
-    def look(self, job: Job, points: Array) -> tuple[Array, Array]:
-        """Return `losses` at points of one job, from the best of several starts."""
-        starts = np.concatenate([self._starts(job, points, rates) for rates in self._rates])
-        count = len(self._rates)
-        values, parameters = self.losses([job] * len(starts), np.tile(points, count), starts)
-        best = values.reshape(count, -1).argmin(axis=0) * len(points) + np.arange(len(points))
-        return values[best], parameters[best]
+    def _starts(self, jobs: Sequence[Job], points: Array) -> Array:
+        """Return remaining parameters to begin with, shape (starts, points, size - 1)."""
+        found = np.empty((2 * len(self._rates), len(points), self.whole.size - 1))
+        for job in dict.fromkeys(jobs):
+            mine = [index for index, each in enumerate(jobs) if each == job]
+            for number, rates in enumerate(self._rates):
+                found[2 * number : 2 * number + 2, mine] = self._two_starts(job, points[mine], rates)
+        return found
 
-    def _starts(self, job: Job, points: Array, rates: Array) -> Array:
-        """Return the fitted parameters, but with these rates, and the condition's own one from a grid."""
+    def _two_starts(self, job: Job, points: Array, rates: Array) -> Array:
+        """Return the fitted parameters with these rates, and two of the condition from halves of a grid."""
         (number, quantity), whole = job, self.whole
         mine = (whole.condition == number) & (whole.likelihood.stimulus > 0)
         full = np.concatenate([self.fitted.parameters[: 2 * len(whole.conditions)], rates])
         guess, lapse = (float(rate[0]) for rate in whole.rates(number, full[None]))
-        if quantity == "threshold":
-            others = np.exp(log_steepnesses(self.fitted, number))
-            threshold, steepness = np.repeat(points, len(others)), np.tile(others, len(points))
-        else:
-            others = threshold_grid(whole.levels(number))
-            threshold, steepness = np.tile(others, len(points)), np.exp(np.repeat(points, len(others)))
-        values = grid_log_likelihood(
-            whole, number, whole.felt[None, mine], (guess, lapse), threshold, steepness
+        others = (
+            np.exp(log_steepnesses(self.fitted, number))
+            if quantity == "threshold"
+            else threshold_grid(whole.levels(number))
         )
-        best = others[values.reshape(len(points), len(others)).argmax(axis=1)]
-        found = np.tile(np.delete(full, 2 * number + QUANTITIES.index(quantity)), (len(points), 1))
+        given, tried = np.repeat(points, len(others)), np.tile(others, len(points))
+        threshold, steepness = (given, tried) if quantity == "threshold" else (tried, np.exp(given))
+        felt = whole.felt[None, mine]
+        values = grid_log_likelihood(whole, number, felt, (guess, lapse), threshold, steepness)
+        table, half = values.reshape(len(points), len(others)), len(others) // 2
+        best = others[np.array([table[:, :half].argmax(axis=1), half + table[:, half:].argmax(axis=1)])]
+        found = np.tile(np.delete(full, 2 * number + QUANTITIES.index(quantity)), (2, len(points), 1))
         at_threshold = predictor_at_threshold(whole.model.core)
-        found[:, 2 * number] = best if quantity == "threshold" else at_threshold - np.exp(points) * best
+        found[:, :, 2 * number] = best if quantity == "threshold" else at_threshold - np.exp(points) * best
         return found
 
 

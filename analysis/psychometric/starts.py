@@ -1,13 +1,15 @@
 """Where to begin: coarse grids of thresholds and widths, and the best step function, of each condition."""
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.psychometric.functions import Array, Core, predictor_at_threshold
 from analysis.psychometric.model import Problem
 
-_WIDTHS = np.array([8.0, 3.0, 1.2, 0.5, 0.2, 0.06])
-"""Distances from F = 0.1 to 0.9, in half ranges of the levels."""
+_WIDTHS = np.array([[8.0, 3.0, 1.2], [0.5, 0.2, 0.06]])
+"""Distances from F = 0.1 to 0.9, in half ranges of the levels: climbs start from a wide and a narrow one."""
 
 _FAR = np.array([0.5, 2.0, 8.0])
 """Distances of thresholds outside the levels, in half ranges."""
@@ -29,17 +31,19 @@ def starting_points(problem: Problem, felt: Array) -> Array:
     Returns
     -------
     Array
-        Shape (starts, data sets, size): one start for each of some guess and lapse rates.
+        Shape (starts, data sets, size): a wide and a narrow start for each of some guess and lapse rates.
     """
     functions = len(problem.conditions)
     starts = []
-    for rates in rates_to_try(problem):
+    for rates, widths in itertools.product(rates_to_try(problem), _WIDTHS):
         start = np.zeros((len(felt), problem.size))
         start[:, 2 * functions :] = rates
         for number in range(functions):
             mine = (problem.condition == number) & (problem.likelihood.stimulus > 0)
             guess, lapse = (float(each[0]) for each in problem.rates(number, start[:1]))
-            start[:, 2 * number : 2 * number + 2] = _coarse(problem, number, felt[:, mine], (guess, lapse))
+            start[:, 2 * number : 2 * number + 2] = _coarse(
+                problem, number, felt[:, mine], (guess, lapse), widths
+            )
         starts.append(start)
     return np.array(starts)
 
@@ -54,14 +58,14 @@ def rates_to_try(problem: Problem) -> list[Array]:
     ]
 
 
-def _coarse(problem: Problem, number: int, felt: Array, rates: tuple[float, float]) -> Array:
+def _coarse(problem: Problem, number: int, felt: Array, rates: tuple[float, float], widths: Array) -> Array:
     """Return the best intercept and steepness of a grid for each data set, shape (data sets, 2)."""
     levels = problem.levels(number)
     if len(levels) == 0:
         return np.tile([0.0, 1.0], (len(felt), 1))
     steepness, threshold = (
         each.ravel()
-        for each in np.meshgrid(width(problem.model.core) / _WIDTHS, threshold_grid(levels), indexing="ij")
+        for each in np.meshgrid(width(problem.model.core) / widths, threshold_grid(levels), indexing="ij")
     )
     values = grid_log_likelihood(problem, number, felt, rates, threshold, steepness)
     best = values.argmax(axis=1)
