@@ -13,10 +13,11 @@ from analysis.psychometric.functions import (
     predictor_at_threshold,
     slope_per_steepness,
 )
+from analysis.psychometric.likelihood import PRECISE
 from analysis.psychometric.model import HIGHEST_RATE, Answers, Model, Problem, problem
 from analysis.psychometric.starts import best_step, starting_points
 
-_SAME = 1e-6  # log likelihoods that differ less are the same
+_SAME = 1e-5  # log likelihoods that differ less are the same
 _FLAT = 1e-7  # steepness per half range of the levels below which a function is flat
 
 
@@ -93,7 +94,7 @@ def fit(conditions: Sequence[Answers], model: Model, axis: Axis) -> Fit:
     return Fit(whole, parameters[0], float(values[0]), curves)
 
 
-def fit_many(whole: Problem, felt: Array) -> tuple[Array, Array]:
+def fit_many(whole: Problem, felt: Array, gain: float = PRECISE) -> tuple[Array, Array]:
     """Fit data sets of the same design.
 
     Parameters
@@ -102,6 +103,8 @@ def fit_many(whole: Problem, felt: Array) -> tuple[Array, Array]:
         The design.
     felt
         Shape (data sets, rows).
+    gain
+        As in `Likelihood.climb`.
 
     Returns
     -------
@@ -114,7 +117,7 @@ def fit_many(whole: Problem, felt: Array) -> tuple[Array, Array]:
     low, high = (np.broadcast_to(bound, (count * sets, whole.size)) for bound in whole.bounds())
     every = np.tile(felt, (count, 1))
     flat = starts.reshape(count * sets, whole.size)
-    parameters, values = whole.likelihood.climb(every, design, np.zeros(every.shape), flat, (low, high))
+    parameters, values = whole.likelihood.climb(every, design, np.zeros(every.shape), flat, (low, high), gain)
     best = values.reshape(count, sets).argmax(axis=0)
     chosen = best * sets + np.arange(sets)
     return parameters[chosen], values[chosen]

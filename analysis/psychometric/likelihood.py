@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from analysis.psychometric.functions import Array, Core
 
-PRECISE, QUICK = 1e-10, 1e-7
+PRECISE, QUICK = 1e-10, 1e-6
 """Gains of log likelihood: a step that gains less is the last one."""
 
 _LEAST = 1e-300  # probabilities below have this logarithm
-_MOST_STEPS = 200
+_MOST_STEPS = 100
 _NO_INFORMATION = 1e-25
 _LEAST_DAMPING = 1e-10
 _TIMID = 1.0  # damping above which a small gain does not mean that the top is near

@@ -14,13 +14,14 @@ from analysis.intervals import CONFIDENCE
 from analysis.psychometric.fit import Fit, condition_log_likelihood, fit_many, probabilities, shapes
 from analysis.psychometric.functions import Array
 from analysis.psychometric.intervals import CurveIntervals, OpenInterval
+from analysis.psychometric.likelihood import QUICK
 from analysis.psychometric.model import Problem
 
 BOOTSTRAP_INTERVAL = "95 % percentile interval of the parametric bootstrap"
 
 RESAMPLES = 400
 _SEED = 1
-_TIE = 1e-6  # deviances that differ less are equal
+_TIE = 1e-4  # deviances that differ less are equal
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def resample(fitted: Fit, resamples: int = RESAMPLES, seed: int = _SEED) -> tupl
     generator = np.random.default_rng(seed)
     trials = whole.likelihood.trials.astype(int)
     felt = generator.binomial(trials, np.clip(p[0], 0, 1), (resamples, len(trials))).astype(float)
-    parameters, _ = fit_many(whole, felt)
+    parameters, _ = fit_many(whole, felt, QUICK)
     return tuple(
         _of_curve(fitted, number, felt, parameters) if len(each.x) > 1 else None
         for number, each in enumerate(whole.conditions)
