@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from analysis.design import StudyFactor, shown_factors
 from analysis.figure_text import LINE_IN, figure_text
@@ -17,6 +17,7 @@ from analysis.panels import (
 )
 from analysis.rates import ParticipantRate, marginal_rates
 from analysis.study import Results
+from analysis.style import WIDTH_IN, draw_header, draw_title, save_drawing
 from analysis.wording import (
     comparison_names,
     difference_label,
@@ -29,33 +30,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FORMATS = ("png", "svg", "pdf")
-
-_WIDTH_IN = 7.2  # two columns of a journal
 _PANELS_IN = 3.0
 _HEADER_IN = 0.66
 _AXIS_IN = 0.52  # tick and axis labels
-_SIGNAL = "#B00020"
-# Metadata that would differ from run to run is left out, so that the same results give the same bytes.
-_METADATA: dict[str, dict[str, str | None]] = {
-    "png": {"Software": None},
-    "svg": {"Date": None, "Creator": None},
-    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-}
-_STYLE: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same on every machine
-    "font.size": 8,
-    "axes.edgecolor": INK,
-    "axes.labelcolor": INK,
-    "axes.linewidth": 0.7,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "pdf.fonttype": 42,
-    "svg.hashsalt": "autd_trials",
-}
 
 
 def save_figure(results: Results, folder: Path, stem: str = "rates") -> list[Path]:
@@ -75,16 +52,7 @@ def save_figure(results: Results, folder: Path, stem: str = "rates") -> list[Pat
     list of Path
         The files. The same results give the same bytes.
     """
-    import matplotlib as mpl
-
-    files = [folder / f"{stem}.{kind}" for kind in FORMATS]
-    with mpl.rc_context(_STYLE):
-        figure = draw_figure(results)
-        for kind, file in zip(FORMATS, files, strict=True):
-            half = file.with_name(f".{file.name}.part")
-            figure.savefig(half, format=kind, dpi=300, metadata=_METADATA[kind])
-            half.replace(file)
-    return files
+    return save_drawing(lambda: draw_figure(results), folder, stem)
 
 
 def draw_figure(results: Results) -> "Figure":
@@ -108,7 +76,7 @@ def draw_figure(results: Results) -> "Figure":
     text = figure_text(results)
     below_in = _AXIS_IN + LINE_IN * text.lines
     height_in = _HEADER_IN + _PANELS_IN + below_in
-    figure = Figure(figsize=(_WIDTH_IN, height_in))
+    figure = Figure(figsize=(WIDTH_IN, height_in))
     grid = figure.add_gridspec(
         1,
         2 if results.comparisons else 1,
@@ -119,37 +87,12 @@ def draw_figure(results: Results) -> "Figure":
         bottom=below_in / height_in,
         wspace=0.27,
     )
-    _draw_header(figure, results, y=1 - 0.2 / height_in)
+    draw_header(figure, results, y=1 - 0.2 / height_in)
     _draw_rates(figure.add_subplot(grid[0, 0]), results)
     if results.comparisons:
         _draw_differences(figure.add_subplot(grid[0, 1]), results)
     text.draw(figure, top_in=below_in - _AXIS_IN)
     return figure
-
-
-def _draw_header(figure: "Figure", results: Results, y: float) -> None:
-    trials = int(results.trials.table["used"].sum())
-    people = len(results.trials.participants)
-    figure.text(
-        0.012,
-        y,
-        f"{results.trials.design.protocol}: {people} participant{'s' * (people != 1)}, {trials} trials",
-        fontsize=9,
-        fontweight="bold",
-        va="center",
-    )
-    if results.simulated:
-        figure.text(
-            0.985,
-            y,
-            "SIMULATED PARTICIPANTS \N{EM DASH} not human data",
-            fontsize=8,
-            fontweight="bold",
-            color=_SIGNAL,
-            ha="right",
-            va="center",
-            bbox={"boxstyle": "round,pad=0.35", "facecolor": "none", "edgecolor": _SIGNAL, "linewidth": 0.8},
-        )
 
 
 def _draw_rates(axes: "Axes", results: Results) -> None:
@@ -169,7 +112,7 @@ def _draw_rates(axes: "Axes", results: Results) -> None:
         draw_columns(axes, place, columns)
     if colour_factor:
         _draw_legend(axes, colour_factor)
-    _title(axes, "A", "Detection rate")
+    draw_title(axes, "A", "Detection rate")
 
 
 def _draw_differences(axes: "Axes", results: Results) -> None:
@@ -182,7 +125,7 @@ def _draw_differences(axes: "Axes", results: Results) -> None:
     axes.axhline(0, color=INK, linewidth=0.7)
     for place, result in enumerate(results.comparisons):
         draw_columns(axes, place, [difference_column(result)])
-    _title(axes, "B", "Paired difference")
+    draw_title(axes, "B", "Paired difference")
 
 
 def _groups(
@@ -213,10 +156,6 @@ def _prepare(axes: "Axes", y_label: str, tick_labels: Sequence[str], x_label: st
     axes.tick_params(axis="x", length=0)
     axes.yaxis.grid(visible=True, color="#E6E6E6", linewidth=0.6)
     axes.set_axisbelow(True)
-
-
-def _title(axes: "Axes", letter: str, text: str) -> None:
-    axes.set_title(f"$\\bf{{{letter}}}$  {text}", loc="left", fontsize=8)
 
 
 def _draw_legend(axes: "Axes", factor: StudyFactor) -> None:

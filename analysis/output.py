@@ -1,4 +1,4 @@
-"""Writing the results: tables, one JSON file, the figure, and what makes the folder a BIDS derivative."""
+"""Writing the results: tables, one JSON file, the figures, and what makes the folder a BIDS derivative."""
 
 import hashlib
 from collections.abc import Sequence
@@ -8,6 +8,7 @@ from typing import Any
 
 from analysis.figures import save_figure
 from analysis.methods import METHODS
+from analysis.psychometric_figure import save_psychometric_figures
 from analysis.study import Results
 from analysis.tables.all_tables import result_tables
 from analysis.tables.table import ResultTable
@@ -53,7 +54,7 @@ def write_results(results: Results, folder: Path) -> list[Path]:
     try:
         for name, text in texts.items():
             replace_text(folder / name, text)
-        figures = save_figure(results, folder)
+        figures = [*save_figure(results, folder), *save_psychometric_figures(results, folder)]
     except OSError as error:
         raise DeviceError(
             f"disk: cannot write the results: {error.strerror or error}",
@@ -132,7 +133,9 @@ def _readme(results: Results, tables: Sequence[ResultTable]) -> str:
     return (
         f"{origin}# {results.trials.design.protocol}: results\n\n"
         "Made from the study's trial tables by `autd-trials analyse`; everything here can be made again.\n"
-        "The figure is `rates.png`, `rates.svg` and `rates.pdf`; all numbers are in `results.json` too.\n\n"
+        "The figure is `rates.png`, `rates.svg` and `rates.pdf`; where a factor has three or more numbers as "
+        "levels,\n`psychometric.png` and so on show psychometric functions. All numbers are in `results.json` "
+        "too.\n\n"
         f"## Methods\n\n{methods}\n"
         f"## Remarks on the data\n\n{warnings}\n"
         f"## Tables\n\nMissing or undefined is `n/a`.\n\n{described}"

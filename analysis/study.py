@@ -10,6 +10,7 @@ from analysis.interaction import Interaction, Trend, interactions, trends
 from analysis.order_effects import OrderEffect, order_effects
 from analysis.pooled import WARNING as POOLED_WARNING
 from analysis.pooled import PooledTests, pooled_tests
+from analysis.psychometric.results import PsychometricResults, all_psychometric_results
 from analysis.rates import (
     ConditionRate,
     ParticipantRate,
@@ -42,6 +43,8 @@ class Results:
         Whether and how the compared differences depend on the other factor.
     order_effects
         Whether answers depend on when they were given.
+    psychometric
+        Psychometric functions along every factor of three or more numbers.
     pooled
         Tests that take people for alike; None if they were not asked for.
     """
@@ -56,6 +59,7 @@ class Results:
     interactions: tuple[Interaction, ...]
     trends: tuple[Trend, ...]
     order_effects: tuple[OrderEffect, ...]
+    psychometric: tuple[PsychometricResults, ...]
     pooled: tuple[PooledTests, ...] | None
 
     @property
@@ -114,6 +118,7 @@ def results_of(trials: Trials, *, pooled: bool = False) -> Results:
         interactions=interactions(comparisons),
         trends=trends(comparisons),
         order_effects=order_effects(trials),
+        psychometric=all_psychometric_results(trials),
         pooled=pooled_tests(rates, comparisons) if pooled else None,
     )
 

@@ -131,8 +131,10 @@ def mixed_curve(
         None with fewer than four participants or two levels, if the steps did not come to rest (as where all
         or none were felt), or if answers do not rise.
     """
+    if len(answers) < FEWEST_PARTICIPANTS:
+        return None
     places = np.concatenate([axis.place(each.x) for each in answers])
-    if len(answers) < FEWEST_PARTICIPANTS or len(np.unique(places)) < 2:
+    if len(np.unique(places)) < 2:
         return None
     middle = float((places.max() + places.min()) / 2)
     columns = np.column_stack([np.ones(len(places)), places - middle])

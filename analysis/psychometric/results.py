@@ -90,6 +90,8 @@ class PsychometricResults:
         The factor.
     axis
         Octaves or units.
+    core
+        F.
     participants, groups
         The functions of each participant, and over participants.
     notes
@@ -98,9 +100,15 @@ class PsychometricResults:
 
     along: str
     axis: Axis
+    core: Core
     participants: tuple[ParticipantCurve, ...]
     groups: tuple[GroupCurve, ...]
     notes: tuple[str, ...]
+
+    @property
+    def function(self) -> str:
+        """Name of F, as in ``normal along octaves``."""
+        return f"{self.core.name} along {self.axis.unit}s"
 
 
 def all_psychometric_results(trials: Trials) -> tuple[PsychometricResults, ...]:
@@ -145,7 +153,7 @@ def psychometric_results(trials: Trials, along: str, model: Model | None = None)
     groups = tuple(
         _group(cell, [each for each in people if each.condition == cell], core, axis) for cell in cells
     )
-    return PsychometricResults(along, axis, people, groups, tuple(_notes(along, axis, levels)))
+    return PsychometricResults(along, axis, core, people, groups, tuple(_notes(along, axis, levels)))
 
 
 def _numbers(stimuli: "pd.DataFrame", along: str) -> Array:

@@ -5,6 +5,7 @@ from analysis.tables.comparisons import comparison_table
 from analysis.tables.detectability import detectability_tables
 from analysis.tables.more_comparisons import more_comparison_tables
 from analysis.tables.order_effects import order_effect_table
+from analysis.tables.psychometric import psychometric_tables
 from analysis.tables.rates import rate_tables
 from analysis.tables.table import ResultTable
 
@@ -28,4 +29,5 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
         *more_comparison_tables(results),
         *detectability_tables(results),
         order_effect_table(results),
+        *psychometric_tables(results),
     )
