@@ -133,9 +133,8 @@ def _readme(results: Results, tables: Sequence[ResultTable]) -> str:
     return (
         f"{origin}# {results.trials.design.protocol}: results\n\n"
         "Made from the study's trial tables by `autd-trials analyse`; everything here can be made again.\n"
-        "The figure is `rates.png`, `rates.svg` and `rates.pdf`; where a factor has three or more numbers as "
-        "levels,\n`psychometric.png` and so on show psychometric functions. All numbers are in `results.json` "
-        "too.\n\n"
+        "The figure is `rates.png`, `rates.svg` and `rates.pdf`; all numbers are in `results.json` too.\n"
+        "Where a factor has three or more numbers as levels `psychometric.png` shows its functions.\n\n"
         f"## Methods\n\n{methods}\n"
         f"## Remarks on the data\n\n{warnings}\n"
         f"## Tables\n\nMissing or undefined is `n/a`.\n\n{described}"

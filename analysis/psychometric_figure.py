@@ -30,9 +30,9 @@ _MARGIN = 0.25  # of the range of levels, beyond them on either side
 _AREA_PER_TRIAL = 1.6  # in square points
 _NOTE_CHARACTERS = 140
 _NOTE = (
-    "Dots: participants' rates, area by trials; thin lines: their functions, where answers tell one. Thick line: "
-    "function of an average participant (mixed model; else from mean threshold and slope). Large marker: its "
-    "threshold, where F is 0.5; bar: 95 % interval (Fieller; else t), arrows where it leaves the panel."
+    "Dots: participants' rates, area by trials; thin lines: their functions, where answers tell one. Thick "
+    "line: function of an average participant (mixed model; else from mean threshold and slope). Large "
+    "marker: its threshold, where F is 0.5; bar: 95 % interval (Fieller; else t), arrows where it leaves the panel."
 )
 
 

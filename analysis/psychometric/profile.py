@@ -22,6 +22,7 @@ _STEEPNESSES = 28
 _GENTLEST = 1e-3
 _STEEPEST_WIDTH = 0.1  # of the smallest distance between levels: as good as a step
 _SMALLEST_DISTANCE = 0.01  # in half ranges
+_NEAREST = 1e-9
 
 
 class Profile:
@@ -89,21 +90,31 @@ class Profile:
         mine = (whole.condition == number) & (whole.likelihood.stimulus > 0)
         full = np.concatenate([self.fitted.parameters[: 2 * len(whole.conditions)], rates])
         guess, lapse = (float(rate[0]) for rate in whole.rates(number, full[None]))
-        others = (
-            np.exp(log_steepnesses(self.fitted, number))
-            if quantity == "threshold"
-            else threshold_grid(whole.levels(number))
-        )
-        given, tried = np.repeat(points, len(others)), np.tile(others, len(points))
-        threshold, steepness = (given, tried) if quantity == "threshold" else (tried, np.exp(given))
+        others = self._others(job, points)
+        given = np.broadcast_to(points[:, None], others.shape)
+        threshold, steepness = (given, others) if quantity == "threshold" else (others, np.exp(given))
         felt = whole.felt[None, mine]
-        values = grid_log_likelihood(whole, number, felt, (guess, lapse), threshold, steepness)
-        table, half = values.reshape(len(points), len(others)), len(others) // 2
-        best = others[np.array([table[:, :half].argmax(axis=1), half + table[:, half:].argmax(axis=1)])]
+        values = grid_log_likelihood(
+            whole, number, felt, (guess, lapse), threshold.ravel(), steepness.ravel()
+        ).reshape(others.shape)
+        half, row = others.shape[1] // 2, np.arange(len(points))
+        halves = values[:, :half].argmax(axis=1), half + values[:, half:].argmax(axis=1)
+        best = np.array([others[row, each] for each in halves])
         found = np.tile(np.delete(full, 2 * number + QUANTITIES.index(quantity)), (2, len(points), 1))
         at_threshold = predictor_at_threshold(whole.model.core)
         found[:, :, 2 * number] = best if quantity == "threshold" else at_threshold - np.exp(points) * best
         return found
+
+    def _others(self, job: Job, points: Array) -> Array:
+        """Return what to try for each point: steepnesses of a threshold, thresholds of a steepness."""
+        (number, quantity), levels = job, self.whole.levels(job[0])
+        if quantity == "slope":
+            return np.tile(threshold_grid(levels), (len(points), 1))
+        usual = np.tile(np.exp(log_steepnesses(self.fitted, number)), (len(points), 1))
+        # so steep that F is intermediate at the nearest level alone
+        nearest = np.abs(levels - points[:, None]).min(axis=1, keepdims=True)
+        steep = np.array([0.15, 0.5]) * width(self.whole.model.core) / np.maximum(nearest, _NEAREST)
+        return np.hstack([usual, steep])
 
 
 def log_steepnesses(fitted: Fit, number: int) -> Array:

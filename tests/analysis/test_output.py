@@ -26,6 +26,8 @@ TABLES = (
     "comparisons",
     "false_alarms",
     "false_alarms_by_participant",
+    "psychometric",
+    "psychometric_by_participant",
 )
 
 
