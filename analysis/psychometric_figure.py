@@ -32,7 +32,7 @@ _NOTE_CHARACTERS = 140
 _NOTE = (
     "Dots: participants' rates, area by trials; thin lines: their functions, where answers tell one. Thick "
     "line: function of an average participant (mixed model; else from mean threshold and slope). Large "
-    "marker: its threshold, where F is 0.5; bar: 95 % interval (Fieller; else t), arrows where it leaves the panel."
+    "marker: its threshold, where F is 0.5; bar: 95 % interval (Fieller; else t), arrows: it goes on."
 )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from analysis.intervals import Interval, t_interval
 from analysis.models.glmm import BinomialRows, GlmmFit, fit_glmm
-from analysis.psychometric.fit import Curve
+from analysis.psychometric.fit import Curve, fit
 from analysis.psychometric.functions import (
     Array,
     Axis,
@@ -22,7 +22,8 @@ from analysis.psychometric.functions import (
     slope_per_steepness,
 )
 from analysis.psychometric.intervals import OpenInterval
-from analysis.psychometric.model import Answers
+from analysis.psychometric.model import Answers, Model
+from analysis.psychometric.model import answers as put_together
 
 TWO_STAGE = "mean over participants of single thresholds, 95 % t interval"
 MIXED_MODEL = "mixed model with random intercept and steepness, 95 % interval by Fieller's theorem"
@@ -128,14 +129,14 @@ def mixed_curve(
     Returns
     -------
     MixedCurve or None
-        None with fewer than four participants or two levels, if the steps did not come to rest (as where all
-        or none were felt), or if answers do not rise.
+        None with fewer than four participants, if the answers of all together have no function with a
+        threshold and a finite slope, or if the steps did not come to rest.
     """
     if len(answers) < FEWEST_PARTICIPANTS:
         return None
-    places = np.concatenate([axis.place(each.x) for each in answers])
-    if len(np.unique(places)) < 2:
+    if not _rises(answers, statistics.fmean(guesses), statistics.fmean(lapses), core, axis):
         return None
+    places = np.concatenate([axis.place(each.x) for each in answers])
     middle = float((places.max() + places.min()) / 2)
     columns = np.column_stack([np.ones(len(places)), places - middle])
     rows = BinomialRows(
@@ -146,9 +147,17 @@ def mixed_curve(
         participant=np.repeat(np.arange(len(answers)), [len(each.x) for each in answers]),
     )
     fitted = fit_glmm(rows, link=KnownRates(core, np.array(guesses, float), np.array(lapses, float)))
-    if not fitted.converged or fitted.coefficients[1] <= 0:
+    # where a variance is zero the steps creep towards it: singular, but at rest otherwise
+    if not (fitted.converged or fitted.singular) or fitted.coefficients[1] <= 0:
         return None
     return _mixed_curve(fitted, len(answers), middle, core, axis)
+
+
+def _rises(answers: Sequence[Answers], guess: float, lapse: float, core: Core, axis: Axis) -> bool:
+    """Return whether all answers together have a function that is neither flat nor a step."""
+    rows = [row for each in answers for row in zip(each.x, each.felt, each.n, strict=True)]
+    (curve,) = fit([put_together(rows, axis)], Model(core, guess, lapse), axis).curves
+    return curve.threshold is not None and curve.slope is not None and math.isfinite(curve.slope)
 
 
 class KnownRates:

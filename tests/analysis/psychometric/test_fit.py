@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import differential_evolution
+from scipy.optimize import Bounds, differential_evolution
 
 from analysis.psychometric.fit import Curve, fit
 from analysis.psychometric.functions import Axis, Core, psychometric_function, slope_per_steepness
@@ -67,12 +67,17 @@ def test_guess_and_lapse_shared_or_free_against_a_global_search(core: Core, kind
     rates = 1 if kind == "shared" else 2
 
     def loss(x: np.ndarray) -> float:
-        guesses, lapses = x[4 : 4 + rates], x[4 + rates :]
+        guesses, lapses = np.resize(x[4 : 4 + rates], 2), np.resize(x[4 + rates :], 2)
         return -log_likelihood(
-            core, [INNER, OUTER], x[:2], x[2:4], np.resize(guesses, 2).tolist(), np.resize(lapses, 2).tolist()
+            core,
+            [INNER, OUTER],
+            x[:2].tolist(),
+            x[2:4].tolist(),
+            np.resize(guesses, 2).tolist(),
+            np.resize(lapses, 2).tolist(),
         )
 
-    bounds = [(3, 9)] * 2 + [(-1.5, 1.5)] * 2 + [(0, 0.2)] * (2 * rates)
+    bounds = Bounds([3.0] * 2 + [-1.5] * 2 + [0.0] * 2 * rates, [9.0] * 2 + [1.5] * 2 + [0.2] * 2 * rates)
     found = differential_evolution(loss, bounds, seed=1, tol=1e-10, maxiter=300, popsize=8)
     assert fitted.log_likelihood == pytest.approx(-found.fun, abs=2e-4)
     if kind == "shared":

@@ -65,12 +65,15 @@ def test_a_shared_guess_rate_is_profiled_out_over_both_conditions(core: Core) ->
                     core, OCTAVES, levels, threshold=2**threshold, slope=math.exp(log_slope),
                     guess=guess, lapse=0.02,
                 )  # fmt: skip
-                total -= float(binom.logpmf(each, 12, p).sum())
+                total -= float(np.sum(binom.logpmf(each, 12, p)))
             return total
 
         starts = [[4.5, -0.7, slope, guess] for slope in (-1.0, 0.5) for guess in (-1.0, 1.0)]
-        options = {"xatol": 1e-6, "fatol": 1e-9, "maxiter": 4000}
-        return max(-minimize(loss, each, method="Nelder-Mead", options=options).fun for each in starts)
+        found = [
+            minimize(loss, each, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-9})
+            for each in starts
+        ]
+        return max(-float(each.fun) for each in found)
 
     estimate = fitted.curves[1].threshold
     assert estimate is not None
@@ -171,6 +174,6 @@ def test_thresholds_and_slopes_are_covered_95_times_in_100(guess: float) -> None
         threshold_covered += (found.threshold.low or 0) <= 40 <= (found.threshold.high or math.inf)
         slope_covered += (found.slope.low or 0) <= 0.5 <= (found.slope.high or math.inf)
     # fewer or more has a chance of about 0.1 % each where 95 % are covered
-    low, high = binom.ppf([0.001, 0.999], studies, 0.95)
+    low, high = (float(binom.ppf(tail, studies, 0.95)) for tail in (0.001, 0.999))
     assert low <= threshold_covered <= high
     assert low <= slope_covered <= high

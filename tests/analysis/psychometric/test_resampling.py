@@ -50,7 +50,7 @@ def test_the_p_of_the_deviance_is_that_over_all_possible_answers() -> None:
     observed = least_deviance(octaves, np.array([2.0, 0, 3]), n)
     exact, mean = 0.0, 0.0
     for felt in itertools.product(range(n + 1), repeat=3):
-        chance = float(binom.pmf(felt, n, p).prod())
+        chance = float(np.prod(binom.pmf(felt, n, p)))
         deviance = least_deviance(octaves, np.array(felt, float), n)
         exact += chance * (deviance >= observed - 1e-3)
         mean += chance * deviance
