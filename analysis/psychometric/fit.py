@@ -18,6 +18,9 @@ from analysis.psychometric.model import HIGHEST_RATE, Answers, Model, Problem, p
 from analysis.psychometric.starts import best_step, starting_points
 
 _SAME = 1e-5  # log likelihoods that differ less are the same
+FARTHEST = 21.0
+"""Largest scaled place of a threshold: 10 ranges of the levels beyond them."""
+
 _FLAT = 1e-7  # steepness per half range of the levels below which a function is flat
 
 
@@ -125,7 +128,7 @@ def fit_many(whole: Problem, felt: Array, gain: float = PRECISE) -> tuple[Array,
 
 def condition_log_likelihood(whole: Problem, number: int, felt: Array, parameters: Array) -> Array:
     """Return log likelihoods of a condition's stimuli, shape (data sets,)."""
-    mine = (whole.condition == number) & (whole.likelihood.stimulus > 0)
+    mine = whole.stimuli(number)
     p, not_p = probabilities(whole, parameters)
     misses = whole.likelihood.trials - felt
     found: Array = (felt * np.log(p) + misses * np.log(not_p))[:, mine].sum(axis=1)
@@ -147,8 +150,8 @@ class Shapes:
     Attributes
     ----------
     place
-        Scaled place of the threshold; infinite where all answers speak for one beyond the levels, NaN for
-        flat functions.
+        Scaled place of the threshold; infinite where all answers speak for one beyond the levels, NaN where
+        functions are flat or rise so little that it would be too far away.
     slope
         dF/dt at the threshold; infinite for steps, 0 for flat functions.
     step
@@ -174,7 +177,7 @@ def shapes(whole: Problem, number: int, felt: Array, parameters: Array) -> Shape
     felt, parameters
         What was fitted, shape (data sets, rows), and what came out, (data sets, size).
     """
-    mine = (whole.condition == number) & (whole.likelihood.stimulus > 0)
+    mine = whole.stimuli(number)
     guess, lapse = whole.rates(number, parameters)
     n, levels, answered = whole.conditions[number].n, whole.levels(number), felt[:, mine]
     best, level, at = best_step(answered, n, guess, lapse)
@@ -183,6 +186,7 @@ def shapes(whole: Problem, number: int, felt: Array, parameters: Array) -> Shape
     flat = steepness < _FLAT
     rise = np.where(flat, 1.0, steepness)
     place = np.where(flat, np.nan, (predictor_at_threshold(whole.model.core) - intercept) / rise)
+    place = np.where(np.abs(place) > FARTHEST, np.nan, place)
     halfway = (guess + 1 - lapse) / 2
     outer = np.concatenate([[-np.inf], levels, [np.inf]])
     rate = (answered / n)[np.arange(len(felt)), np.minimum(level, len(levels) - 1)]
@@ -228,7 +232,8 @@ def _threshold_and_slope(
     shape = shapes(whole, number, whole.felt[None], parameters)
     place, slope = float(shape.place[0]), float(shape.slope[0])
     if math.isnan(place):
-        return None, 0.0, ("answers do not rise along the levels: no threshold",)
+        how = "rise too little" if slope > 0 else "do not rise"
+        return None, slope, (f"answers {how} along the levels: no threshold",)
     if math.isinf(place):
         side = "below" if place < 0 else "above"
         return None, None, (f"answers tell only that the threshold lies {side} the levels tested",)

@@ -22,6 +22,7 @@ from analysis.psychometric.functions import (
     slope_per_steepness,
 )
 from analysis.psychometric.intervals import OpenInterval
+from analysis.psychometric.likelihood import LEAST
 from analysis.psychometric.model import Answers, Model
 from analysis.psychometric.model import answers as put_together
 
@@ -31,7 +32,6 @@ MIXED_MODEL = "mixed model with random intercept and steepness, 95 % interval by
 FEWEST_PARTICIPANTS = 4
 
 _Z = 1.959963984540054
-_LEAST = 1e-300
 
 
 @dataclass(frozen=True)
@@ -93,9 +93,10 @@ def mean_threshold(curves: Sequence[Curve], axis: Axis) -> Mean:
     """Return the mean of participants' thresholds: geometric along octaves, else plain."""
     places = [float(axis.place(np.array(each.threshold))) for each in curves if each.threshold is not None]
     interval = t_interval(places)
+    ends = Interval(axis.stimulus(interval.low), axis.stimulus(interval.high)) if interval else None
     return Mean(
         value=axis.stimulus(statistics.fmean(places)) if places else None,
-        interval=Interval(axis.stimulus(interval.low), axis.stimulus(interval.high)) if interval else None,
+        interval=ends if ends and math.isfinite(ends.high) else None,
         participants=len(places),
     )
 
@@ -150,7 +151,8 @@ def mixed_curve(
     # where a variance is zero the steps creep towards it: singular, but at rest otherwise
     if not (fitted.converged or fitted.singular) or fitted.coefficients[1] <= 0:
         return None
-    return _mixed_curve(fitted, len(answers), middle, core, axis)
+    curve = _mixed_curve(fitted, len(answers), middle, core, axis)
+    return curve if math.isfinite(curve.threshold) else None
 
 
 def _rises(answers: Sequence[Answers], guess: float, lapse: float, core: Core, axis: Axis) -> bool:
@@ -200,7 +202,7 @@ class KnownRates:
         below, above = self.core.distribution(predictor)
         guess, lapse = self._rates(predictor)
         span = 1 - guess - lapse
-        return np.maximum(guess + span * below, _LEAST), np.maximum(lapse + span * above, _LEAST)
+        return np.maximum(guess + span * below, LEAST), np.maximum(lapse + span * above, LEAST)
 
 
 def _mixed_curve(fitted: GlmmFit, participants: int, middle: float, core: Core, axis: Axis) -> MixedCurve:
@@ -213,7 +215,7 @@ def _mixed_curve(fitted: GlmmFit, participants: int, middle: float, core: Core, 
     half_width = _Z * math.sqrt(float(fitted.covariance[1, 1]))
     return MixedCurve(
         threshold=axis.stimulus(middle + place),
-        interval=OpenInterval(*(None if end is None else axis.stimulus(middle + end) for end in ends)),
+        interval=OpenInterval(*(_finite(end, middle, axis) for end in ends)),
         threshold_sd=math.sqrt(float(weights @ spread @ weights)) / steepness,
         slope=slope_unit * steepness,
         slope_interval=Interval(slope_unit * (steepness - half_width), slope_unit * (steepness + half_width)),
@@ -223,6 +225,12 @@ def _mixed_curve(fitted: GlmmFit, participants: int, middle: float, core: Core, 
         participants=participants,
         singular=fitted.singular,
     )
+
+
+def _finite(end: float | None, middle: float, axis: Axis) -> float | None:
+    """Return the stimulus at an end; None if it is open, or too large to be written."""
+    stimulus = math.inf if end is None else axis.stimulus(middle + end)
+    return stimulus if math.isfinite(stimulus) else None
 
 
 def fieller(above: float, below: float, covariance: Array) -> tuple[float | None, float | None]:

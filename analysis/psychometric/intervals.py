@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.psychometric.fit import Fit
+from analysis.psychometric.fit import FARTHEST, Fit
 from analysis.psychometric.functions import Array, slope_per_steepness
 from analysis.psychometric.profile import QUANTITIES, Job, Profile, Quantity, log_steepnesses
 
 PROFILE_INTERVAL = "95 % profile-likelihood interval"
 
 _INSIDE = np.linspace(-1.0, 1.0, 25)
-_OUTSIDE = np.geomspace(0.1, 20.0, 12)
+_OUTSIDE = np.geomspace(0.1, FARTHEST - 1, 12)
 """Distances from the levels, in half ranges; where the profile is still near its top at the farthest one, an
 interval of thresholds is open."""
 _REFINEMENTS = 25

@@ -15,7 +15,9 @@ from analysis.psychometric.functions import Array, Core
 PRECISE, QUICK = 1e-10, 1e-6
 """Gains of log likelihood: a step that gains less is the last one."""
 
-_LEAST = 1e-300  # probabilities below have this logarithm
+LEAST = 1e-300
+"""Probabilities below have the logarithm of this one."""
+
 _MOST_STEPS = 100
 _NO_INFORMATION = 1e-25
 _LEAST_DAMPING = 1e-10
@@ -58,7 +60,7 @@ class Likelihood:
         below, above = self._distribution(predictor)
         guess, lapse = self.rates_of_rows(rates)
         span = 1 - guess - lapse
-        return np.maximum(guess + span * below, _LEAST), np.maximum(lapse + span * above, _LEAST)
+        return np.maximum(guess + span * below, LEAST), np.maximum(lapse + span * above, LEAST)
 
     def rates_of_rows(self, rates: Array) -> tuple[Array, Array]:
         """Return guess and lapse rates, (problems, rows), of estimated rates (problems, rates)."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.psychometric.functions import NORMAL, Array, Axis, Core
 from analysis.psychometric.likelihood import Likelihood
@@ -126,7 +127,7 @@ class Problem:
         """Return the predictor's design, shape (rows, 2 conditions): ones and places of each condition."""
         found = np.zeros((len(self.felt), 2 * len(self.conditions)))
         for number in range(len(self.conditions)):
-            mine = (self.condition == number) & (self.likelihood.stimulus > 0)
+            mine = self.stimuli(number)
             found[mine, 2 * number] = 1
             found[mine, 2 * number + 1] = self.place[mine]
         return found
@@ -141,6 +142,11 @@ class Problem:
     def levels(self, number: int) -> Array:
         """Return the scaled levels of a condition."""
         found: Array = (self.axis.place(self.conditions[number].x) - self.middle) / self.reach
+        return found
+
+    def stimuli(self, number: int) -> NDArray[np.bool_]:
+        """Return which rows are a condition's stimuli."""
+        found: NDArray[np.bool_] = (self.condition == number) & (self.likelihood.stimulus > 0)
         return found
 
     def rates(self, number: int, parameters: Array) -> tuple[Array, Array]:

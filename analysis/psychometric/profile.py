@@ -87,7 +87,7 @@ class Profile:
     def _two_starts(self, job: Job, points: Array, rates: Array) -> Array:
         """Return the fitted parameters with these rates, and two of the condition from halves of a grid."""
         (number, quantity), whole = job, self.whole
-        mine = (whole.condition == number) & (whole.likelihood.stimulus > 0)
+        mine = whole.stimuli(number)
         full = np.concatenate([self.fitted.parameters[: 2 * len(whole.conditions)], rates])
         guess, lapse = (float(rate[0]) for rate in whole.rates(number, full[None]))
         others = self._others(job, points)

@@ -148,7 +148,7 @@ def deviances(whole: Problem, number: int, felt: Array, parameters: Array) -> Ar
     """Return the deviances of a condition's stimuli, shape (data sets,)."""
     from scipy.special import xlogy
 
-    mine = (whole.condition == number) & (whole.likelihood.stimulus > 0)
+    mine = whole.stimuli(number)
     answered, n = felt[:, mine], whole.conditions[number].n
     most = (xlogy(answered, answered / n) + xlogy(n - answered, 1 - answered / n)).sum(axis=1)
     found: Array = 2 * np.maximum(0.0, most - condition_log_likelihood(whole, number, felt, parameters))

@@ -174,7 +174,8 @@ def _cells(
 ) -> list[tuple[Condition, Answers]]:
     """Return one participant's answers in each condition.
 
-    A catch trial goes with the first condition that has its levels: guess rates are shared over conditions.
+    A catch trial goes with the first condition that has its levels, which is as good as any where the guess
+    rate is shared.
     """
     stimuli = table[table["trial_type"] == "stimulus"]
     catch = table[table["trial_type"] == "catch"]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.psychometric.functions import Array, Core, predictor_at_threshold
+from analysis.psychometric.likelihood import LEAST
 from analysis.psychometric.model import Problem
 
 _WIDTHS = np.array([[8.0, 3.0, 1.2], [0.5, 0.2, 0.06]])
@@ -15,7 +16,6 @@ _FAR = np.array([0.5, 2.0, 8.0])
 """Distances of thresholds outside the levels, in half ranges."""
 
 _GUESSES, _LAPSES = (0.02, 0.12), (0.01, 0.1)
-_LEAST = 1e-300
 
 
 def starting_points(problem: Problem, felt: Array) -> Array:
@@ -39,7 +39,7 @@ def starting_points(problem: Problem, felt: Array) -> Array:
         start = np.zeros((len(felt), problem.size))
         start[:, 2 * functions :] = rates
         for number in range(functions):
-            mine = (problem.condition == number) & (problem.likelihood.stimulus > 0)
+            mine = problem.stimuli(number)
             guess, lapse = (float(each[0]) for each in problem.rates(number, start[:1]))
             start[:, 2 * number : 2 * number + 2] = _coarse(
                 problem, number, felt[:, mine], (guess, lapse), widths
@@ -88,8 +88,8 @@ def grid_log_likelihood(
     span = 1 - guess - lapse
     misses = problem.conditions[number].n - felt
     found: Array = (
-        felt @ np.log(np.maximum(guess + span * below, _LEAST)).T
-        + misses @ np.log(np.maximum(lapse + span * above, _LEAST)).T
+        felt @ np.log(np.maximum(guess + span * below, LEAST)).T
+        + misses @ np.log(np.maximum(lapse + span * above, LEAST)).T
     )
     return found
 
@@ -137,5 +137,5 @@ def best_step(
 
 
 def _log_likelihood(felt: Array, n: Array, p: Array) -> Array:
-    found: Array = felt * np.log(np.maximum(p, _LEAST)) + (n - felt) * np.log(np.maximum(1 - p, _LEAST))
+    found: Array = felt * np.log(np.maximum(p, LEAST)) + (n - felt) * np.log(np.maximum(1 - p, LEAST))
     return found

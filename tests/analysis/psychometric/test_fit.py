@@ -164,6 +164,14 @@ def test_answers_that_do_not_rise_have_no_threshold(felt: list[float]) -> None:
     assert "do not rise" in curve.notes[0]
 
 
+def test_a_threshold_that_would_be_very_far_away_is_none() -> None:
+    rows = [(1.0, 300.0, 1000.0), (2.0, 301.0, 1000.0)]
+    (curve,) = fit([answers(rows, OCTAVES)], EXACT, OCTAVES).curves
+    assert curve.threshold is None
+    assert curve.slope == pytest.approx(0.0011, rel=0.1)  # 0.001 / density at z(0.3) * density at 0
+    assert curve.notes == ("answers rise too little along the levels: no threshold",)
+
+
 def test_an_extrapolated_threshold_is_said_to_be() -> None:
     curve = curve_of([1, 2, 4])
     assert curve.threshold is not None

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize
 from scipy.stats import binom
 
@@ -16,7 +18,7 @@ from analysis.psychometric.functions import (
     slope_per_steepness,
 )
 from analysis.psychometric.intervals import CurveIntervals, profile_intervals
-from analysis.psychometric.model import Model, answers
+from analysis.psychometric.model import Model, Rate, answers
 from tests.analysis.psychometric.conftest import CASES, CORES, OCTAVES, reference
 
 HALF_CHI2_95 = 1.920729410347062
@@ -155,6 +157,30 @@ def test_an_end_may_lie_where_another_function_takes_over() -> None:
         assert end is not None
         lost = fitted.log_likelihood - best_at(math.log2(end))
         assert lost == pytest.approx(HALF_CHI2_95, abs=1e-3)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    core=st.sampled_from(list(CORES.values())),
+    rate=st.sampled_from([0.0, 0.1, "shared", "free"]),
+    rows=st.lists(
+        st.tuples(st.sampled_from([0.1, 0.2, 0.5, 1.0, 7.0]), st.integers(0, 3), st.integers(3, 5)),
+        min_size=1, max_size=6,
+    ),
+)  # fmt: skip
+def test_whatever_is_answered_estimates_are_finite_and_in_their_intervals(
+    core: Core, rate: Rate, rows: list[tuple[float, float, float]]
+) -> None:
+    fitted = fit(
+        [answers(rows, OCTAVES, (1, 9)), answers(rows[:3], OCTAVES)], Model(core, rate, 0.02), OCTAVES
+    )
+    for curve, found in zip(fitted.curves, profile_intervals(fitted), strict=True):
+        assert curve.threshold is None or math.isfinite(curve.threshold)
+        for estimate, interval in ((curve.threshold, found.threshold), (curve.slope, found.slope)):
+            if estimate is None or interval is None:
+                continue
+            assert interval.low is None or interval.low <= estimate * (1 + 1e-4)
+            assert interval.high is None or estimate <= interval.high * (1 + 1e-4)
 
 
 @pytest.mark.slow

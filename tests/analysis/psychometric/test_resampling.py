@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from scipy.special import xlogy
-from scipy.stats import binom, norm
+from scipy.special import log_ndtr, xlogy
+from scipy.stats import binom
 
 from analysis.psychometric.fit import fit
 from analysis.psychometric.functions import NORMAL, psychometric_function
@@ -30,7 +30,7 @@ def least_deviance(octaves: np.ndarray, felt: np.ndarray, n: int) -> float:
 
     def loss(x: np.ndarray) -> float:
         predictor = x[0] + math.exp(min(x[1], 20.0)) * octaves
-        return -float((felt * norm.logcdf(predictor) + (n - felt) * norm.logcdf(-predictor)).sum())
+        return -float((felt * log_ndtr(predictor) + (n - felt) * log_ndtr(-predictor)).sum())
 
     starts = [(a, b) for a in (-2.0, 0.0, 2.0) for b in (-6.0, 0.0, 2.0)]
     found = min(minimize(loss, start, method="Nelder-Mead").fun for start in starts)
