@@ -41,9 +41,9 @@ class Mean:
     Attributes
     ----------
     value
-        Geometric mean.
+        Mean; of thresholds along octaves, and of slopes, the geometric one.
     interval
-        t interval of the logarithms.
+        t interval; of a geometric mean that of the logarithms.
     participants
         Number of participants who have a value.
     """
@@ -69,8 +69,6 @@ class MixedCurve:
         dF/dt at the threshold, and its Wald interval.
     slope_sd
         Standard deviation of participants' slopes.
-    intercept, steepness
-        The predictor is intercept + steepness t.
     participants
         Number of participants.
     singular
@@ -83,8 +81,6 @@ class MixedCurve:
     slope: float
     slope_interval: Interval
     slope_sd: float
-    intercept: float
-    steepness: float
     participants: int
     singular: bool
 
@@ -220,8 +216,6 @@ def _mixed_curve(fitted: GlmmFit, participants: int, middle: float, core: Core, 
         slope=slope_unit * steepness,
         slope_interval=Interval(slope_unit * (steepness - half_width), slope_unit * (steepness + half_width)),
         slope_sd=slope_unit * math.sqrt(float(spread[1, 1])),
-        intercept=intercept - steepness * middle,
-        steepness=steepness,
         participants=participants,
         singular=fitted.singular,
     )
