@@ -1,14 +1,18 @@
 """All results of a study as figures."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from analysis.figures import draw_figure
+from analysis.psychometric_figure import draw_psychometric
 from analysis.study import Results
 from analysis.style import figure_style, save_figure
+from analysis.threshold_figure import draw_thresholds
 from analysis.timing_figure import draw_timing
+from analysis.wording import factor_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,17 +53,38 @@ class SavedFigure:
         return next(file for file in self.files if file.suffix == ".svg")
 
 
-FIGURES = (
-    ResultFigure(
-        "rates",
-        "Detection rates and paired differences",
-        "Left: the detection rate of every participant in every condition as a dot, with the mean over "
-        "participants and its 95 % t interval. Right, if comparisons are planned: every participant's "
-        "difference between the compared conditions, likewise. Below: the tests of these differences. All "
-        "numbers are in the tables of rates and of comparisons.",
-        draw_figure,
-    ),
-    ResultFigure(
+def figures_of(results: Results) -> Iterator[ResultFigure]:
+    """Yield the figures of a study, in the order in which a report shows them."""
+    if results.thresholds:
+        yield ResultFigure(
+            "thresholds",
+            "Thresholds and paired differences",
+            "Left: every participant's threshold in every condition as a dot, with the geometric mean over "
+            "participants and its 95 % t interval; participants whose threshold lies over the largest level "
+            "stand above the line. Right, if comparisons are planned: every participant's difference in dB. "
+            "All numbers are in the tables of thresholds.",
+            draw_thresholds,
+        )
+    else:
+        yield ResultFigure(
+            "rates",
+            "Detection rates and paired differences",
+            "Left: the detection rate of every participant in every condition as a dot, with the mean over "
+            "participants and its 95 % t interval. Right, if comparisons are planned: every participant's "
+            "difference between the compared conditions, likewise. Below: the tests of these differences. "
+            "All numbers are in the tables of rates and of comparisons.",
+            draw_figure,
+        )
+    for found in results.psychometric:
+        yield ResultFigure(
+            "psychometric" if len(results.psychometric) == 1 else f"psychometric_{found.along}",
+            f"Psychometric functions along {factor_label(found.along)}",
+            "A panel for each condition: every participant's rates as dots and fitted function as a thin "
+            "line; the function of an average participant as a thick line, with its threshold and interval. "
+            "All numbers are in the tables of psychometric functions.",
+            partial(draw_psychometric, found=found),
+        )
+    yield ResultFigure(
         "timing",
         "Timing: onsets and response times",
         "Cumulative shares of onset lateness and of each participant's response times, and every "
@@ -67,9 +92,7 @@ FIGURES = (
         "t interval, as far as they were recorded. All numbers are in the tables of timing and of response "
         "times.",
         draw_timing,
-    ),
-)
-"""In the order in which a report shows them."""
+    )
 
 
 def save_figures(results: Results, folder: Path) -> tuple[SavedFigure, ...]:
@@ -89,7 +112,7 @@ def save_figures(results: Results, folder: Path) -> tuple[SavedFigure, ...]:
     """
     saved = []
     with figure_style():
-        for each in FIGURES:
+        for each in figures_of(results):
             figure = each.draw(results)
             if figure is not None:
                 saved.append(SavedFigure(each, tuple(save_figure(figure, folder, each.name))))

@@ -33,6 +33,7 @@ from analysis.wording import (
     factor_label,
     level_label,
     numbered,
+    size_words,
 )
 
 if TYPE_CHECKING:
@@ -81,18 +82,14 @@ def draw_figure(results: Results) -> "Figure":
         bottom=below_in / height_in,
         wspace=0.27,
     )
-    draw_header(figure, results.trials.design.protocol, _size(results), simulated=results.simulated)
+    draw_header(
+        figure, results.trials.design.protocol, size_words(results.trials), simulated=results.simulated
+    )
     _draw_rates(figure.add_subplot(grid[0, 0]), results, rate_labels)
     if results.comparisons:
         _draw_differences(figure.add_subplot(grid[0, 1]), results, comparison_labels)
     text.draw(figure, top_in=below_in - axis_in)
     return figure
-
-
-def _size(results: Results) -> str:
-    trials = int(results.trials.table["used"].sum())
-    people = len(results.trials.participants)
-    return f"{people} participant{'s' * (people != 1)}, {trials} trial{'s' * (trials != 1)}"
 
 
 def _rate_labels(results: Results) -> list[str]:

@@ -13,6 +13,7 @@ from analysis.models.other_models import OtherEstimate, other_estimates
 from analysis.order_effects import OrderEffect, order_effects
 from analysis.pooled import WARNING as POOLED_WARNING
 from analysis.pooled import PooledTests, pooled_tests
+from analysis.psychometric.results import PsychometricResults, all_psychometric_results
 from analysis.rates import (
     ConditionRate,
     ParticipantRate,
@@ -54,6 +55,8 @@ class Results:
         The planned comparisons by GEE, conditional logistic regression and Firth's penalty.
     condition_logits
         Every condition's logit with Firth's penalty.
+    psychometric
+        Psychometric functions along every factor of three or more numbers.
     pooled
         Tests that take people for alike; None if they were not asked for.
     thresholds, threshold_comparisons
@@ -74,6 +77,7 @@ class Results:
     cell_models: tuple[CellModel, ...]
     other_estimates: tuple[OtherEstimate, ...]
     condition_logits: tuple[ConditionLogit, ...]
+    psychometric: tuple[PsychometricResults, ...]
     pooled: tuple[PooledTests, ...] | None
     thresholds: tuple[Threshold, ...]
     threshold_comparisons: tuple[ThresholdComparison, ...]
@@ -145,6 +149,7 @@ def results_of(trials: Trials, *, pooled: bool = False) -> Results:
         cell_models=() if steered else cell_models(rates, trials.design),
         other_estimates=() if steered else other_estimates(rates, trials.design),
         condition_logits=() if steered else condition_logits(conditions),
+        psychometric=all_psychometric_results(trials),
         pooled=pooled_tests(rates, comparisons) if pooled else None,
         thresholds=found,
         threshold_comparisons=compared_thresholds(found, trials.design),

@@ -8,8 +8,15 @@ from analysis.design import describe_condition, format_level
 from analysis.order_effects import OrderEffect
 from analysis.rates import ConditionRate
 from analysis.study import Results
-from analysis.threshold_comparisons import ThresholdComparison
-from analysis.wording import compared_label, difference_label, format_interval, format_p, format_rate
+from analysis.threshold_words import threshold_lines
+from analysis.wording import (
+    compared_label,
+    difference_label,
+    format_interval,
+    format_p,
+    format_rate,
+    p_equals,
+)
 
 
 def plain_words(results: Results) -> str:
@@ -73,7 +80,7 @@ def _false_alarm_lines(results: Results) -> Iterator[str]:
 
 def _compared_lines(results: Results) -> Iterator[str]:
     if results.thresholds:
-        return _threshold_lines(results)
+        return threshold_lines(results)
     return _comparison_lines(results.comparisons) if results.comparisons else _nothing_compared(results)
 
 
@@ -117,12 +124,12 @@ def _tests(result: ComparisonResult) -> Iterator[str]:
     parts = []
     if result.sign_flip:
         parts.append(
-            f"sign-flip {_p(result.sign_flip.p)} (Holm {format_p(result.sign_flip_holm)}; "
+            f"sign-flip {p_equals(result.sign_flip.p)} (Holm {format_p(result.sign_flip_holm)}; "
             f"least possible {format_p(result.sign_flip.floor)})"
         )
     if result.paired_t:
         parts.append(
-            f"t({result.paired_t.df}) = {result.paired_t.t:.2f}, {_p(result.paired_t.p)} "
+            f"t({result.paired_t.df}) = {result.paired_t.t:.2f}, {p_equals(result.paired_t.p)} "
             f"(Holm {format_p(result.paired_t_holm)}), dz = {result.paired_t.dz:.2f}"
         )
     if parts:
@@ -131,7 +138,7 @@ def _tests(result: ComparisonResult) -> Iterator[str]:
         test = result.mixed_model
         yield (
             f"mixed model: {test.logits:.2f} logits {format_interval(test.interval)}, "
-            f"chi2(1) = {test.statistic:.2f}, {_p(test.p)} (Holm {format_p(result.mixed_model_holm)})"
+            f"chi2(1) = {test.statistic:.2f}, {p_equals(test.p)} (Holm {format_p(result.mixed_model_holm)})"
         )
     yield from result.notes
 
@@ -140,52 +147,23 @@ def _interaction_lines(results: Results) -> Iterator[str]:
     for found in results.interactions:
         tests = []
         if found.f is not None and found.df is not None and found.f_p is not None:
-            tests.append(f"F({found.df[0]}, {found.df[1]}) = {found.f:.2f}, {_p(found.f_p)}")
+            tests.append(f"F({found.df[0]}, {found.df[1]}) = {found.f:.2f}, {p_equals(found.f_p)}")
         if found.sign_flip_p is not None:
-            tests.append(f"sign-flip {_p(found.sign_flip_p)}")
+            tests.append(f"sign-flip {p_equals(found.sign_flip_p)}")
         yield f"  the same at all {found.over}? {'; '.join(tests) or 'not testable'} (not adjusted)"
     for model in results.cell_models:
         if model.link == "logit" and model.interaction:
             ratio = model.interaction
             yield (
                 f"  the same by a mixed model of all answers: chi2({ratio.df}) = {ratio.statistic:.2f}, "
-                f"{_p(ratio.p)} (not adjusted)"
+                f"{p_equals(ratio.p)} (not adjusted)"
             )
     for trend in results.trends:
-        test = f", {_p(trend.paired_t.p)}" if trend.paired_t else ""
+        test = f", {p_equals(trend.paired_t.p)}" if trend.paired_t else ""
         yield (
             f"  per {trend.unit} of {trend.over} the difference changes by {format_rate(trend.mean)} "
             f"{format_interval(trend.interval)}{test} (not adjusted)"
         )
-
-
-def _threshold_lines(results: Results) -> Iterator[str]:
-    assert results.trials.design.method is not None
-    varied, group = results.trials.design.method.varies, results.group_thresholds
-    yield f"Thresholds ({varied}; geometric mean over participants, 95 % t interval):"
-    width = max((len(describe_condition(each.condition)) for each in group), default=0)
-    for each in group:
-        untold = f", {each.untold} not told" if each.untold else ""
-        interval = f"{format_rate(each.threshold)} {format_interval(each.interval)}"
-        name = describe_condition(each.condition)
-        yield f"  {name:<{width}}  {interval:<19}  n = {each.participants}{untold}"
-    yield ""
-    yield "Planned comparisons of thresholds (within participants, in dB, two-sided; Holm over all of them):"
-    for found in results.threshold_comparisons:
-        first, second = format_level(found.first), format_level(found.second)
-        yield f"  {first} - {second}, {describe_condition(found.at)}: {_threshold_difference(found)}"
-
-
-def _threshold_difference(found: ThresholdComparison) -> str:
-    parts = [f"{format_rate(found.mean_db)} dB {format_interval(found.interval)}"]
-    parts.append(f"n = {len(found.differences_db)}")
-    if found.paired_t:
-        test = found.paired_t
-        parts.append(f"t({test.df}) = {test.t:.2f}, {_p(test.p)} (Holm {format_p(found.paired_t_holm)})")
-    if found.sign_p is not None:
-        counts = f"{found.higher_first} : {found.higher_second}"
-        parts.append(f"higher at {counts}, sign test {_p(found.sign_p)} (Holm {format_p(found.sign_holm)})")
-    return "; ".join(parts)
 
 
 def _order_lines(effects: Sequence[OrderEffect]) -> Iterator[str]:
@@ -196,16 +174,11 @@ def _order_lines(effects: Sequence[OrderEffect]) -> Iterator[str]:
     for effect in effects:
         if effect.estimate is None:
             continue
-        test = f", {_p(effect.p)}" if effect.p is not None else ", not testable"
+        test = f", {p_equals(effect.p)}" if effect.p is not None else ", not testable"
         yield (
             f"  {effect.name}: {effect.about} {format_rate(effect.estimate)} "
             f"{format_interval(effect.interval)}{test}"
         )
-
-
-def _p(p: float) -> str:
-    text = format_p(p)
-    return f"p {text}" if text.startswith("<") else f"p = {text}"
 
 
 def _warning_lines(warnings: Sequence[str]) -> Iterator[str]:

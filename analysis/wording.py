@@ -1,11 +1,15 @@
 """How factors, levels and numbers are written in figures and texts."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from analysis.comparisons import ComparisonResult
 from analysis.design import Condition, describe_condition, format_level
 from analysis.intervals import Interval
 from autd_trials.protocol.schema import Level
+
+if TYPE_CHECKING:
+    from analysis.trials import Trials
 
 MINUS = "\N{MINUS SIGN}"
 _UNITS = {"hz": "Hz", "s": "s", "ms": "ms", "mm": "mm", "db": "dB", "pa": "Pa"}
@@ -33,6 +37,12 @@ def shortened(text: str, characters: int) -> str:
 def levels_text(condition: Condition) -> str | None:
     """Return a condition for a table's cell, as in ``modulation_hz 25; clothing inner``; None if empty."""
     return "; ".join(f"{name} {format_level(level)}" for name, level in condition) or None
+
+
+def size_words(trials: "Trials") -> str:
+    """Return how many participants and counted trials there are."""
+    counted, people = int(trials.table["used"].sum()), len(trials.participants)
+    return f"{people} participant{'s' * (people != 1)}, {counted} trial{'s' * (counted != 1)}"
 
 
 def comparison_names(results: Sequence[ComparisonResult]) -> list[str]:
@@ -72,7 +82,12 @@ def difference_label(result: ComparisonResult) -> str:
 
 def compared_label(result: ComparisonResult, level: Level) -> str:
     """Return a compared level; a bare number comes with its factor's name."""
-    return level_label(level) if isinstance(level, str) else f"{result.factor} {format_level(level)}"
+    return compared_level(result.factor, level)
+
+
+def compared_level(factor: str, level: Level) -> str:
+    """Return a level of a factor; a bare number comes with the factor's name."""
+    return level_label(level) if isinstance(level, str) else f"{factor} {format_level(level)}"
 
 
 def format_p(p: float | None) -> str:
@@ -83,6 +98,12 @@ def format_p(p: float | None) -> str:
         return "< .0001"
     text = f"{p:.2g}" if p < 0.995 else "1"
     return text.removeprefix("0")
+
+
+def p_equals(p: float | None) -> str:
+    """Return a p value as an equation, as in ``p = .031`` or ``p < .0001``."""
+    text = format_p(p)
+    return f"p {text}" if text.startswith("<") else f"p = {text}"
 
 
 def format_rate(rate: float | None) -> str:

@@ -5,17 +5,19 @@ from collections.abc import Iterator, Sequence
 from analysis.comparisons import ComparisonResult
 from analysis.design import Condition, StudyFactor
 from analysis.intervals import Interval
+from analysis.methods import METHODS
 from analysis.rates import ConditionRate
 from analysis.study import Results
+from analysis.threshold_words import comparison_words, group_words, method_words
 from analysis.timing_words import timing_sentences
 from analysis.wording import (
     compared_label,
     difference_label,
     factor_label,
     format_interval,
-    format_p,
     format_rate,
     level_label,
+    p_equals,
 )
 
 _CHI2 = "\N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO}"
@@ -63,10 +65,18 @@ def methods_text(results: Results, software: dict[str, str]) -> tuple[str, ...]:
         Versions of what was used, by name.
     """
     versions = ", ".join(f"{name} {version}" for name, version in software.items())
+    method = results.trials.design.method
+    how = (
+        (
+            " ".join((_RATES, _DETECTABILITY if results.detectability else _NO_CATCH_TRIALS)),
+            " ".join(_tests_made(results.comparisons)),
+        )
+        if method is None
+        else (f"{method_words(method)} {METHODS['threshold']}",)
+    )
     return (
         " ".join((*_people(results), *_design(results.trials.design.factors), *_trials(results))),
-        " ".join((_RATES, _DETECTABILITY if results.detectability else _NO_CATCH_TRIALS)),
-        " ".join(_tests_made(results.comparisons)),
+        *how,
         f"Analyses were made with {versions}.",
     )
 
@@ -79,9 +89,16 @@ def results_text(results: Results) -> tuple[str, ...]:
     results
         The study's results.
     """
+    found = (
+        (" ".join(_thresholds(results)), " ".join(_false_alarms(results)))
+        if results.thresholds
+        else (
+            " ".join((*_rates(results.rates), *_false_alarms(results))),
+            " ".join(map(_comparison, results.comparisons)),
+        )
+    )
     paragraphs = (
-        " ".join((*_rates(results.rates), *_false_alarms(results))),
-        " ".join(map(_comparison, results.comparisons)),
+        *found,
         " ".join(timing_sentences(results.trials)),
     )
     return tuple(paragraph for paragraph in paragraphs if paragraph)
@@ -165,6 +182,14 @@ def _rates(rates: Sequence[ConditionRate]) -> Iterator[str]:
     )
 
 
+def _thresholds(results: Results) -> Iterator[str]:
+    for group in results.group_thresholds:
+        where = _where(group.condition) or "overall"
+        yield f"The geometric mean threshold {where} was {group_words(group)}."
+    for found in results.threshold_comparisons:
+        yield f"Difference of thresholds, {comparison_words(found)}."
+
+
 def _false_alarms(results: Results) -> Iterator[str]:
     if results.false_alarms is None:
         yield "There were no catch trials, so that the false-alarm rate is not known."
@@ -197,20 +222,20 @@ def _comparison(result: ComparisonResult) -> str:
 def _tests(result: ComparisonResult) -> Iterator[str]:
     if result.sign_flip:
         yield (
-            f"exact sign-flip test {_p(result.sign_flip.p)}, Holm-adjusted {_p(result.sign_flip_holm)}, "
-            f"least possible {_p(result.sign_flip.floor)}"
+            f"exact sign-flip test {p_equals(result.sign_flip.p)}, Holm-adjusted "
+            f"{p_equals(result.sign_flip_holm)}, least possible {p_equals(result.sign_flip.floor)}"
         )
     if result.paired_t:
         test = result.paired_t
         yield (
-            f"paired t test t({test.df}) = {format_rate(test.t)}, {_p(test.p)}, Holm-adjusted "
-            f"{_p(result.paired_t_holm)}, dz = {format_rate(test.dz)}"
+            f"paired t test t({test.df}) = {format_rate(test.t)}, {p_equals(test.p)}, Holm-adjusted "
+            f"{p_equals(result.paired_t_holm)}, dz = {format_rate(test.dz)}"
         )
     if result.mixed_model:
         model = result.mixed_model
         yield (
             f"mixed model {format_rate(model.logits)} logits, {_CHI2}(1) = {format_rate(model.statistic)}, "
-            f"{_p(model.p)}, Holm-adjusted {_p(result.mixed_model_holm)}"
+            f"{p_equals(model.p)}, Holm-adjusted {p_equals(result.mixed_model_holm)}"
         )
 
 
@@ -237,11 +262,6 @@ def _rate(rate: ConditionRate) -> str:
 
 def _interval(interval: Interval | None) -> str:
     return f"95 % t interval {format_interval(interval)}, " if interval else ""
-
-
-def _p(p: float | None) -> str:
-    text = format_p(p)
-    return f"p {text}" if text.startswith("<") else f"p = {text}"
 
 
 def _counted(number: int, thing: str) -> str:

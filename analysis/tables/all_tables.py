@@ -7,6 +7,7 @@ from analysis.tables.models import model_tables
 from analysis.tables.more_comparisons import more_comparison_tables
 from analysis.tables.order_effects import order_effect_table
 from analysis.tables.other_models import other_model_tables
+from analysis.tables.psychometric import psychometric_tables
 from analysis.tables.rates import rate_tables
 from analysis.tables.table import ResultTable
 from analysis.tables.thresholds import threshold_tables
@@ -28,7 +29,12 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
         what is undefined is said in a row of its own.
     """
     if results.trials.design.method is not None:
-        return (*rate_tables(results), *threshold_tables(results), *timing_tables(results))
+        return (
+            *rate_tables(results),
+            *threshold_tables(results),
+            *psychometric_tables(results),
+            *timing_tables(results),
+        )
     return (
         *rate_tables(results),
         comparison_table(results),
@@ -37,5 +43,6 @@ def result_tables(results: Results) -> tuple[ResultTable, ...]:
         order_effect_table(results),
         *model_tables(results),
         *other_model_tables(results),
+        *psychometric_tables(results),
         *timing_tables(results),
     )

@@ -29,6 +29,8 @@ TABLES = (
     "timing",
     "response_times",
     "response_times_by_participant",
+    "psychometric",
+    "psychometric_by_participant",
 )
 
 

@@ -1,0 +1,186 @@
+"""The mixed model against glmm.py's own links, a plain quadrature and simulation; means and Fieller."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.optimize import brentq, minimize
+from scipy.special import logsumexp
+
+from analysis.models.glmm import BinomialRows, fit_glmm
+from analysis.models.links import LOGIT, PROBIT, Link
+from analysis.psychometric.fit import Curve, fit
+from analysis.psychometric.functions import LOGISTIC, NORMAL, Array, Axis, Core, psychometric_function
+from analysis.psychometric.hierarchical import (
+    KnownRates,
+    fieller,
+    mean_slope,
+    mean_threshold,
+    mixed_curve,
+)
+from analysis.psychometric.model import Answers, Model, answers
+from tests.analysis.psychometric.conftest import OCTAVES
+
+LEVELS = np.geomspace(10, 160, 5)
+
+
+def people(
+    count: int, seed: int, *, guess: float = 0.0, lapse: float = 0.0, trials: int = 20
+) -> list[Answers]:
+    """Normal functions with thresholds about 40, SD 0.6 octaves, slopes about 0.5, SD 0.1."""
+    generator = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        p = psychometric_function(
+            NORMAL, OCTAVES, LEVELS,
+            threshold=40 * 2 ** generator.normal(0, 0.6), slope=max(0.1, generator.normal(0.5, 0.1)),
+            guess=guess, lapse=lapse,
+        )  # fmt: skip
+        felt = generator.binomial(trials, p)
+        found.append(answers([(x, f, trials) for x, f in zip(LEVELS, felt, strict=True)], OCTAVES))
+    return found
+
+
+def rows_of(every: Sequence[Answers]) -> BinomialRows:
+    octaves = np.concatenate([np.log2(each.x) for each in every])
+    columns = np.column_stack([np.ones(len(octaves)), octaves - np.log2(40)])
+    return BinomialRows(
+        np.concatenate([each.felt for each in every]),
+        np.concatenate([each.n for each in every]),
+        columns,
+        columns,
+        np.repeat(np.arange(len(every)), [len(each.x) for each in every]),
+    )
+
+
+@pytest.mark.parametrize(("core", "link"), [(LOGISTIC, LOGIT), (NORMAL, PROBIT)])
+def test_without_guesses_and_lapses_it_is_the_mixed_model_of_that_link(core: Core, link: Link) -> None:
+    every = people(8, seed=2)
+    rows = rows_of(every)
+    zero = np.zeros(8)
+    mine, its = fit_glmm(rows, link=KnownRates(core, zero, zero)), fit_glmm(rows, link=link)
+    assert mine.coefficients == pytest.approx(its.coefficients, rel=2e-3)
+    assert mine.standard_deviations == pytest.approx(its.standard_deviations, rel=1e-2)
+    assert mine.log_likelihood == pytest.approx(its.log_likelihood, abs=1e-4)
+    assert np.sqrt(np.diag(mine.covariance)) == pytest.approx(np.sqrt(np.diag(its.covariance)), rel=0.05)
+    curve = mixed_curve(every, zero.tolist(), zero.tolist(), core, OCTAVES)
+    assert curve is not None
+    assert math.log2(curve.threshold / 40) == pytest.approx(
+        -its.coefficients[0] / its.coefficients[1], abs=2e-3
+    )
+
+
+def plain_log_likelihood(parameters: Array, rows: BinomialRows, guess: Array, lapse: float) -> float:
+    """By 61 x 61 fixed points of Gauss and Hermite."""
+    points, weights = np.polynomial.hermite_e.hermegauss(61)
+    u = np.stack(np.meshgrid(points, points, indexing="ij"), axis=-1).reshape(-1, 2)
+    logs = np.log(np.outer(weights, weights).ravel() / (2 * np.pi))
+    factor = np.array([[parameters[2], 0], [parameters[3], parameters[4]]])
+    total = 0.0
+    for person in range(len(guess)):
+        mine = rows.participant == person
+        predictor = rows.fixed[mine] @ parameters[:2] + u @ factor.T @ rows.random[mine].T
+        p = guess[person] + (1 - guess[person] - lapse) * stats.norm.cdf(predictor)
+        p = np.clip(p, 1e-300, 1 - 1e-15)
+        of_points = (rows.felt[mine] * np.log(p) + (rows.trials - rows.felt)[mine] * np.log1p(-p)).sum(axis=1)
+        total += float(logsumexp(of_points + logs))
+    return total
+
+
+def test_with_guesses_and_lapses_it_is_the_top_of_a_plain_quadrature() -> None:
+    every = people(6, seed=5, guess=0.1, lapse=0.03, trials=12)
+    rows, guess = rows_of(every), np.full(6, 0.1)
+    fitted = fit_glmm(rows, link=KnownRates(NORMAL, guess, np.full(6, 0.03)))
+    assert fitted.converged
+    found = np.concatenate([fitted.coefficients, fitted.factor[np.tril_indices(2)]])
+
+    def loss(x: Array) -> float:
+        return -plain_log_likelihood(x, rows, guess, 0.03)
+
+    assert fitted.log_likelihood == pytest.approx(-loss(found), abs=5e-3)
+    better = minimize(loss, found, method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-5})
+    assert -better.fun == pytest.approx(-loss(found), abs=5e-3)
+    assert found[:2] == pytest.approx(better.x[:2], abs=0.03)
+
+
+def test_a_population_is_recovered() -> None:
+    every = people(60, seed=8, guess=0.05, lapse=0.02, trials=40)
+    curve = mixed_curve(every, [0.05] * 60, [0.02] * 60, NORMAL, OCTAVES)
+    assert curve is not None
+    assert curve.participants == 60
+    assert math.log2(curve.threshold / 40) == pytest.approx(0, abs=3 * 0.6 / math.sqrt(60))
+    assert curve.threshold_sd == pytest.approx(0.6, rel=0.25)
+    assert curve.slope == pytest.approx(0.5, rel=0.15)
+    assert curve.interval.low is not None
+    assert curve.interval.high is not None
+    assert curve.interval.low < curve.threshold < curve.interval.high
+    assert curve.slope_interval.low < curve.slope < curve.slope_interval.high
+
+
+@pytest.mark.slow
+def test_the_interval_of_the_threshold_covers() -> None:
+    covered, studies = 0, 150
+    for seed in range(studies):
+        curve = mixed_curve(people(12, seed, trials=12), [0.0] * 12, [0.0] * 12, NORMAL, OCTAVES)
+        assert curve is not None
+        covered += (curve.interval.low or 0) <= 40 <= (curve.interval.high or math.inf)
+    # Normal quantiles with 12 people: somewhat under 95 %; below the 0.1 % point of 90 % something is wrong
+    assert covered >= stats.binom.ppf(0.001, studies, 0.9)
+
+
+def test_what_has_no_mixed_model_has_none() -> None:
+    def of(felt: Sequence[float], count: int = 5) -> list[Answers]:
+        return [answers([(x, f, 10) for x, f in zip((25, 50, 100), felt, strict=True)], OCTAVES)] * count
+
+    for every in (of([0, 0, 0]), of([10, 10, 10]), of([8, 4, 1]), of([0, 0, 10]), of([2, 5, 8], count=3), []):
+        zero = [0.0] * len(every)
+        assert mixed_curve(every, zero, zero, NORMAL, OCTAVES) is None
+    single = [answers([(25, 4, 10)], OCTAVES)] * 5
+    assert mixed_curve(single, [0.0] * 5, [0.0] * 5, NORMAL, OCTAVES) is None
+
+
+def test_fiellers_ends_are_where_the_difference_is_just_significant() -> None:
+    above, below, covariance = -1.2, 0.8, np.array([[0.05, 0.01], [0.01, 0.02]])
+
+    def excess(ratio: float) -> float:
+        variance = covariance[0, 0] - 2 * ratio * covariance[0, 1] + ratio**2 * covariance[1, 1]
+        return (above - ratio * below) ** 2 - 1.959963984540054**2 * float(variance)
+
+    low, high = fieller(above, below, covariance)
+    assert low == pytest.approx(brentq(excess, -20, above / below))
+    assert high == pytest.approx(brentq(excess, above / below, 20))
+    assert fieller(-1.2, 0.2, covariance) == (None, None)
+
+
+def curves(rows: Sequence[Sequence[float]]) -> list[Curve]:
+    found: list[Curve] = []
+    for felt in rows:
+        condition = answers(list(zip((25, 50, 100), felt, (10, 10, 10), strict=True)), OCTAVES)
+        found += fit([condition], Model(NORMAL, 0.0, 0.0), OCTAVES).curves
+    return found
+
+
+def test_means_are_those_of_logarithms_and_leave_out_who_has_none() -> None:
+    every = curves([(1, 5, 9), (3, 6, 10), (0, 3, 8), (0, 0, 0), (0, 0, 10)])
+    mean = mean_threshold(every, OCTAVES)
+    octaves = [math.log2(each.threshold) for each in every if each.threshold is not None]
+    assert mean.participants == 4
+    assert mean.value == pytest.approx(2 ** float(np.mean(octaves)))
+    low, high = stats.t.interval(0.95, 3, np.mean(octaves), stats.sem(octaves))
+    assert mean.interval is not None
+    assert (mean.interval.low, mean.interval.high) == pytest.approx((2**low, 2**high))
+    slope = mean_slope(every)
+    assert slope.participants == 3
+    slopes = [each.slope for each in every[:3] if each.slope is not None]
+    assert slope.value == pytest.approx(stats.gmean(slopes))
+
+
+def test_means_of_nobody_and_of_one() -> None:
+    nobody, one = curves([(0, 0, 0)]), curves([(1, 5, 9)])
+    assert mean_threshold(nobody, OCTAVES).value is None
+    assert mean_slope(nobody).value is None
+    assert mean_threshold(one, OCTAVES).value == one[0].threshold
+    assert mean_threshold(one, OCTAVES).interval is None
+    assert mean_threshold(one, Axis(logarithmic=False)).value == one[0].threshold
