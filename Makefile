@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 DEMO ?= data/demo-$(shell date +%Y%m%d-%H%M%S)
 
-.PHONY: demo test bench images clean
+.PHONY: demo test bench images statistics paper clean
 
 demo: $(VENV)/.installed
 	@$(BIN)/run-protocol chest.yaml --simulate 8 --seed 1 --data $(DEMO)
@@ -23,6 +23,13 @@ bench: $(VENV)/.installed-for-tests
 
 images: $(VENV)/.installed
 	$(BIN)/python docs/make_images.py
+
+# Both simulate for a while: the tables of docs/statistics.md (half an hour) and docs/paper.md (a minute).
+statistics: $(VENV)/.installed
+	$(BIN)/python docs/make_statistics.py
+
+paper: $(VENV)/.installed
+	$(BIN)/python docs/make_paper.py
 
 clean:
 	rm -rf $(VENV) build *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -54,7 +54,9 @@ METHODS: Mapping[str, str] = {
         "Means are those of the average participant, whose random effects are zero, and those of the "
         "population, averaged over the normal distribution of random effects; intervals are Wald's on the "
         "scale of the link (delta method). Simple effects: Wald's z test, Holm's adjustment over those of a "
-        "model; interaction: likelihood-ratio test that they are all the same, not adjusted."
+        "model; interaction: likelihood-ratio test that they are all the same, not adjusted. Both take a "
+        "participant's slope for the same at all levels of the other factor and find too much where it is "
+        "not: they describe, and decide nothing."
     ),
     "other_models": (
         "GEE (population-averaged logits, exchangeable correlation) with the uncorrected sandwich, Kauermann "

@@ -151,13 +151,6 @@ def _interaction_lines(results: Results) -> Iterator[str]:
         if found.sign_flip_p is not None:
             tests.append(f"sign-flip {p_equals(found.sign_flip_p)}")
         yield f"  the same at all {found.over}? {'; '.join(tests) or 'not testable'} (not adjusted)"
-    for model in results.cell_models:
-        if model.link == "logit" and model.interaction:
-            ratio = model.interaction
-            yield (
-                f"  the same by a mixed model of all answers: chi2({ratio.df}) = {ratio.statistic:.2f}, "
-                f"{p_equals(ratio.p)} (not adjusted)"
-            )
     for trend in results.trends:
         test = f", {p_equals(trend.paired_t.p)}" if trend.paired_t else ""
         yield (

@@ -2,10 +2,10 @@
 
 Studies of the paper's design are simulated in which all conditions are felt equally often; people differ by a
 standard deviation of 1 logit, and by 0.57 in each condition, so that the difference of two conditions varies
-over people by 0.8 logits. 10,000 studies for the fast tests, 1000 for the others; takes a quarter of an hour.
+over people by 0.8 logits. 10,000 studies for tests of differences, 2000 for models; takes half an hour.
 """
 
-import re
+import dataclasses
 import sys
 from collections.abc import Iterator
 from fractions import Fraction
@@ -13,23 +13,25 @@ from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
+from marks import fill
 
-from analysis.comparisons import planned_comparisons
+from analysis.comparisons import ComparisonResult, planned_comparisons
+from analysis.exact import wilcoxon_test
 from analysis.interaction import interactions, trends
 from analysis.intervals import Interval, wilson_interval
 from analysis.models.cell_model import cell_models
 from analysis.models.other_models import other_estimates
+from analysis.models.planned import mixed_model_test
 from analysis.order_effects import order_effects
-from analysis.power.model import Counts, StudyModel, study_model
+from analysis.power.model import Counts, PlannedContrast, StudyModel, study_model
 from analysis.power.run import Question, power_analysis
-from analysis.rates import ParticipantRate
 from analysis.trial_table import TrialRow
 from analysis.trials import Trials, data_frame
 from autd_trials.protocol.load import find_protocol, load_protocol
 
 PAGE = Path(__file__).parent / "statistics.md"
 CASES = ((0.5, 8), (0.8, 8), (0.95, 8), (0.5, 16), (0.8, 16))
-FAST_STUDIES, STUDIES = 10_000, 1000
+FAST_STUDIES, STUDIES = 10_000, 2000
 COMMON_SD, CELL_SD = 1.0, 0.8 / np.sqrt(2)
 ALPHA = 0.05
 AT = 100.0
@@ -42,18 +44,13 @@ def main() -> None:
     """Simulate, and replace the tables in the page."""
     studies = int(sys.argv[1]) if len(sys.argv) > 1 else STUDIES
     fast_studies = FAST_STUDIES * studies // STUDIES
-    text = PAGE.read_text(encoding="utf-8")
-    text = replaced(text, "fast", table(fast_rows(fast_studies), fast_studies))
-    text = replaced(text, "all", table(all_rows(studies), studies))
-    PAGE.write_text(text, encoding="utf-8")
-
-
-def replaced(text: str, name: str, content: str) -> str:
-    """Return the text with what stands between a pair of marks replaced."""
-    mark = f"<!-- made by docs/make_statistics.py: {name} -->"
-    pattern = re.compile(f"{re.escape(mark)}.*?<!-- end -->", re.DOTALL)
-    assert pattern.search(text), mark
-    return pattern.sub(lambda _: f"{mark}\n\n{content}\n<!-- end -->", text)
+    differences = fast_rows(fast_studies) | difference_rows(fast_studies)
+    models = model_rows(studies)
+    fill(
+        PAGE,
+        "make_statistics.py",
+        {"differences": table(differences, fast_studies), "models": table(models, studies)},
+    )
 
 
 def table(rows: dict[str, list[float]], studies: int) -> str:
@@ -62,7 +59,7 @@ def table(rows: dict[str, list[float]], studies: int) -> str:
     lines = [f"| test | {header} |", "|---|" + "---|" * len(CASES)]
     for name, shares in rows.items():
         lines.append(f"| {name} | {' | '.join(cell(share, studies) for share in shares)} |")
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines)
 
 
 def cell(share: float, studies: int) -> str:
@@ -81,8 +78,8 @@ def null_model(rate: float) -> StudyModel:
 
 
 def fast_rows(studies: int) -> dict[str, list[float]]:
-    """Return the shares of the tests that are made for many studies at once."""
-    shares: dict[str, list[float]] = {"exact sign-flip": [], "paired t": []}
+    """Return the shares of the planned tests that are made for many studies at once."""
+    shares: dict[str, list[float]] = {"planned: exact sign-flip": [], "planned: paired t": []}
     for rate, people in CASES:
         rows = power_analysis(
             null_model(rate), Question((people,), studies, ("sign_flip", "paired_t")), jobs=-1
@@ -93,59 +90,88 @@ def fast_rows(studies: int) -> dict[str, list[float]]:
     return shares
 
 
-def all_rows(studies: int) -> dict[str, list[float]]:
-    """Return the shares of all tests of the default analysis."""
+def difference_rows(studies: int) -> dict[str, list[float]]:
+    """Return the shares of the other tests of participants' differences."""
     shares: dict[str, list[float]] = {}
     for rate, people in CASES:
         model = null_model(rate)
-        work = (delayed(p_values)(model, people, number) for number in range(studies))
-        found = list(Parallel(n_jobs=-1)(work))
-        for name in found[0]:
-            p = [each[name] for each in found]
-            rejected = sum(value is not None and value <= ALPHA + ROUNDING for value in p)
-            shares.setdefault(name, []).append(rejected / studies)
+        templates = planned_comparisons(model.rates(simulated(model, people, 0)), model.design)
+        work = (delayed(difference_p)(model, people, number, templates) for number in range(studies))
+        add_shares(shares, Parallel(n_jobs=-1, batch_size=100)(work))
     return shares
 
 
-def p_values(model: StudyModel, people: int, number: int) -> dict[str, float | None]:
-    """Return p of every test in one simulated study; None where it could not be made."""
-    generator = np.random.default_rng([number, people])
-    counts = model.answers(model.people(1, people, generator), generator)[0]
-    rates = study_rates(model, counts)
-    comparisons = planned_comparisons(rates, model.design)
-    at = next(result for result in comparisons if dict(result.at).get("modulation_hz") == AT)
+def difference_p(
+    model: StudyModel, people: int, number: int, templates: tuple[ComparisonResult, ...]
+) -> dict[str, float | None]:
+    """Return p of the tests of participants' differences in one simulated study."""
+    counts = simulated(model, people, number)
+    comparisons = [
+        dataclasses.replace(template, differences=tuple(differences(counts, contrast, model.trials)))
+        for template, contrast in zip(templates, model.contrasts, strict=True)
+    ]
+    at = next(result for result in comparisons if dict(result.at)["modulation_hz"] == AT)
+    wilcoxon = wilcoxon_test([difference for _, difference in at.differences])
     (interaction,), (trend,) = interactions(comparisons), trends(comparisons)
-    logit_model = cell_models(rates, model.design)[0]
-    others = {each.method: each for each in other_estimates(rates, model.design) if each.at == at.at}
-    effects = {effect.at: effect.p for effect in logit_model.effects}
     return {
-        "exact sign-flip": at.sign_flip.p if at.sign_flip else None,
-        "paired t": at.paired_t.p if at.paired_t else None,
-        "exact Wilcoxon": at.wilcoxon.p if at.wilcoxon else None,
-        "mixed model at the level, likelihood ratio (the planned test)": at.mixed_model.p
-        if at.mixed_model
-        else None,
+        "exact Wilcoxon": wilcoxon.p if wilcoxon else None,
         "interaction, Hotelling": interaction.f_p,
-        "interaction, sign-flip": interaction.sign_flip_p,
+        "interaction, exact sign-flip": interaction.sign_flip_p,
         "trend, paired t": trend.paired_t.p if trend.paired_t else None,
-        "mixed model of all answers, simple effect, Wald": effects.get(at.at),
-        "mixed model of all answers, interaction, likelihood ratio": logit_model.interaction.p
-        if logit_model.interaction
-        else None,
-        **{method: each.ratio_p or each.wald_p for method, each in others.items()},
-        **dict(order_p(model, counts, generator)),
+        "trend, exact sign-flip": trend.sign_flip.p if trend.sign_flip else None,
     }
 
 
-def study_rates(model: StudyModel, counts: Counts) -> list[ParticipantRate]:
-    """Return the rates of one study's counts, shape (participants, cells)."""
-    return [
-        ParticipantRate(
-            f"{person:02d}", cell, int(felt), model.trials, Fraction(int(felt), model.trials), None
-        )
-        for person, row in enumerate(counts)
-        for cell, felt in zip(model.cells, row, strict=True)
-    ]
+def differences(counts: Counts, contrast: PlannedContrast, trials: int) -> Iterator[tuple[str, Fraction]]:
+    """Yield each participant's difference of rates."""
+    (first,), (second,) = contrast.first, contrast.second
+    for person, felt in enumerate(counts):
+        yield f"{person:02d}", Fraction(int(felt[first] - felt[second]), trials)
+
+
+def model_rows(studies: int) -> dict[str, list[float]]:
+    """Return the shares of the models, and of the checks for effects of order."""
+    shares: dict[str, list[float]] = {}
+    for rate, people in CASES:
+        model = null_model(rate)
+        work = (delayed(model_p)(model, people, number) for number in range(studies))
+        add_shares(shares, Parallel(n_jobs=-1)(work))
+    return shares
+
+
+def add_shares(shares: dict[str, list[float]], found: list[dict[str, float | None]]) -> None:
+    """Add to each test's shares in how many studies it finds a difference."""
+    for name in found[0]:
+        p = [each[name] for each in found]
+        rejected = sum(value is not None and value <= ALPHA + ROUNDING for value in p)
+        shares.setdefault(name, []).append(rejected / len(found))
+
+
+def simulated(model: StudyModel, people: int, number: int) -> Counts:
+    """Return the counts of one study, shape (participants, cells)."""
+    generator = np.random.default_rng([number, people])
+    counts: Counts = model.answers(model.people(1, people, generator), generator)[0]
+    return counts
+
+
+def model_p(model: StudyModel, people: int, number: int) -> dict[str, float | None]:
+    """Return p of every model in one simulated study; None where it could not be made."""
+    counts = simulated(model, people, number)
+    rates = model.rates(counts)
+    contrast = next(each for each in model.contrasts if dict(each.at)["modulation_hz"] == AT)
+    planned = mixed_model_test(rates, contrast.factor, *contrast.levels, contrast.at)
+    all_answers = cell_models(rates, model.design)[0]
+    effects = {effect.at: effect.p for effect in all_answers.effects}
+    others = (each for each in other_estimates(rates, model.design) if each.at == contrast.at)
+    return {
+        "planned: mixed model at the level, likelihood ratio": planned.p if planned else None,
+        "mixed model of all answers, simple effect, Wald": effects.get(contrast.at),
+        "mixed model of all answers, interaction, likelihood ratio": all_answers.interaction.p
+        if all_answers.interaction
+        else None,
+        **{each.method: each.wald_p if each.ratio_p is None else each.ratio_p for each in others},
+        **dict(order_p(model, counts, np.random.default_rng([number, people, 1]))),
+    }
 
 
 def order_p(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import Protocol as Interface
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.design import Condition, Design, conditions, describe_condition, format_level, protocol_design
+from analysis.rates import ParticipantRate
 from autd_trials.csvfile import read_words
 from autd_trials.errors import UsageError
 from autd_trials.participants.population import Presented, detection_probabilities
@@ -103,6 +105,16 @@ class StudyModel:
     def answers(self, chances: Array, generator: np.random.Generator) -> Counts:
         """Return how often people feel the stimuli, of the same shape as their chances."""
         return generator.binomial(self.trials, chances)
+
+    def rates(self, counts: Counts) -> list[ParticipantRate]:
+        """Return the rates of one study's counts, shape (participants, cells), as tests take them."""
+        return [
+            ParticipantRate(
+                f"{person:04d}", cell, int(felt), self.trials, Fraction(int(felt), self.trials), None
+            )
+            for person, row in enumerate(counts)
+            for cell, felt in zip(self.cells, row, strict=True)
+        ]
 
     @cached_property
     def mean_logits(self) -> Array:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Literal
 
 import numpy as np
@@ -12,7 +11,6 @@ from analysis.intervals import Interval, t_quantile, wilson_interval
 from analysis.models.planned import mixed_model_test
 from analysis.power.fast import paired_t_p, rejected, sign_flip_p
 from analysis.power.model import Counts, PlannedContrast, StudyModel
-from analysis.rates import ParticipantRate
 
 TestName = Literal["sign_flip", "paired_t", "mixed_model"]
 TESTS: tuple[TestName, ...] = ("sign_flip", "paired_t", "mixed_model")
@@ -214,14 +212,7 @@ def _differences(counts: Counts, contrast: PlannedContrast) -> Counts:
 
 def _mixed_model(model: StudyModel, counts: Counts, contrast: PlannedContrast) -> tuple[float, float]:
     """Return p and width for one study's counts, shape (participants, cells)."""
-    rates = [
-        ParticipantRate(
-            f"{person:04d}", cell, int(felt), model.trials, Fraction(int(felt), model.trials), None
-        )
-        for person, row in enumerate(counts)
-        for cell, felt in zip(model.cells, row, strict=True)
-    ]
-    test = mixed_model_test(rates, contrast.factor, contrast.levels[0], contrast.levels[1], contrast.at)
+    test = mixed_model_test(model.rates(counts), contrast.factor, *contrast.levels, contrast.at)
     return (np.nan, np.nan) if test is None else (test.p, test.interval.high - test.interval.low)
 
 

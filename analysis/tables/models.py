@@ -99,7 +99,8 @@ def model_tables(results: Results) -> tuple[ResultTable, ...]:
         ),
         result_table(
             "model_effects",
-            "Simple effects of what is compared by the same models.",
+            "Simple effects of what is compared by the same models. They take a participant's slope for the "
+            "same at all levels; where it is not, their p and that of the interaction are too small.",
             (_LINK, *COMPARED, AT, *_EFFECTS),
             (row for model in models for row in _effect_rows(model, planned(results.trials.design))),
             simulated=simulated,
@@ -107,7 +108,8 @@ def model_tables(results: Results) -> tuple[ResultTable, ...]:
         ),
         result_table(
             "model_fit",
-            "How these models were fitted, how participants vary, and the interaction.",
+            "How these models were fitted, how participants vary, and the interaction, which has the "
+            "weakness of the simple effects.",
             (_LINK, *COMPARED, *_FIT),
             map(_fit_row, models),
             simulated=simulated,

@@ -112,7 +112,7 @@ def test_what_is_referred_to_is_there_once(chest_report: Report) -> None:
 
 def test_it_has_every_figure_table_warning_and_input(chest_report: Report) -> None:
     page, results = chest_report.page, chest_report.results
-    assert page.tags["svg"] == len(list(chest_report.folder.glob("*.svg"))) == 2
+    assert page.tags["svg"] == len(list(chest_report.folder.glob("*.svg"))) == 3
     tables = result_tables(results)
     assert page.tags["table"] == sum(bool(table.rows) for table in tables)
     for table in tables:
