@@ -3,7 +3,6 @@
 import csv
 import json
 import subprocess
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -61,7 +60,6 @@ class Written:
     study: Path
     folder: Path
     files: list[Path]
-    cpu_s: float
 
 
 @pytest.fixture(scope="module")
@@ -70,13 +68,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Written:
     for number, counts in enumerate(CHEST_COUNTS, start=1):
         writer.add(f"{number:02}", chest_answer(counts))
     folder = writer.folder / "derivatives" / "analysis"
-    began = time.process_time()
-    files = write_results(analyse(writer.folder), folder)
-    return Written(writer.folder, folder, files, time.process_time() - began)
-
-
-def test_analysis_with_figures_takes_less_than_4_s(written: Written) -> None:
-    assert written.cpu_s < 4.0
+    return Written(writer.folder, folder, write_results(analyse(writer.folder), folder))
 
 
 def test_everything_is_written_and_named(written: Written) -> None:

@@ -1,11 +1,12 @@
-"""How fast studies are tested, and how often a test finds what is not there.
+"""How fast studies are tested and analysed; all figures in one run.
 
-``python tests/benchmarks/bench_analysis.py [studies for the mixed model's false positives]`` (2000; 4
-minutes). Where Rscript and lme4 are installed (Debian: r-base-core, r-cran-lme4), glmer fits the same studies
-in the same run.
+``python tests/benchmarks/bench_analysis.py``. Where Rscript and lme4 are installed (Debian: r-base-core,
+r-cran-lme4), glmer fits the same studies in the same run. How often tests find what is not there is another
+question: ``make statistics``.
 """
 
 import csv
+import math
 import os
 import shutil
 import subprocess
@@ -15,17 +16,21 @@ import time
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
+from joblib import Parallel, delayed
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from analysis.design import protocol_design
+from analysis.comparisons import planned_comparisons
+from analysis.design import conditions, protocol_design
 from analysis.models.glmm import BinomialRows, fit_glmm
-from analysis.power.model import GivenRates, StudyModel, study_model
-from analysis.power.run import Question, TestName, power_analysis
-from autd_trials.protocol.load import find_protocol, load_protocol_with_sha256
+from analysis.power.model import StudyModel, study_model
+from analysis.power.run import Question, power_analysis
+from analysis.study import results_of
+from analysis.trial_table import TrialRow
+from analysis.trials import Trials, data_frame
+from autd_trials.protocol.load import find_protocol, load_protocol
 
+STUDIES = 2000
 STUDIES_OF_GLMER = 20
 GLMER = """
 suppressMessages(library(lme4))
@@ -42,29 +47,34 @@ cat(taken[["user.self"]] + taken[["sys.self"]], as.character(packageVersion("lme
 
 
 def main() -> None:
-    """Print speeds and the table of false positives."""
-    model = chest_model(0.65, 0.45)
+    """Print speeds."""
+    model = chest_model()
     compare_with_glmer(model)
+    time_sign_flip_power(model)
+    time_planned_tests(model)
+    time_everything(model)
+    time_demo()
+
+
+def chest_model() -> StudyModel:
+    """Return the paper's design, felt at .65 and .45; people differ by 1 logit, and by 0.57 in each cell."""
+    protocol = load_protocol(find_protocol("chest"))
+    cells = conditions(protocol_design(protocol).factors)
+    rates = {cell: 0.65 if ("clothing", "inner") in cell else 0.45 for cell in cells}
+    return study_model(protocol, rates, (1.0, 0.8 / math.sqrt(2)))
+
+
+def time_sign_flip_power(model: StudyModel) -> None:
+    """Simulate and test studies on one core."""
     question = Question((8,), 40_000, ("sign_flip",))
     power_analysis(model, Question((8,), 500, ("sign_flip",)))
     start_s = time.process_time()
     power_analysis(model, question)
     rate = question.studies / (time.process_time() - start_s)
-    print(f"power by sign-flip, simulation, 3 comparisons and false positives: {rate:,.0f} studies/s a core")
-    time_default_analysis(model)
-    print_false_positives(int(sys.argv[1]) if len(sys.argv) > 1 else 2000)
-
-
-def chest_model(inner: float, both: float) -> StudyModel:
-    """The paper's design with given rates; people differ by 1 logit, and by 0.57 in each cell.
-
-    So the difference of two cells has a standard deviation of 0.8 logits over people.
-    """
-    protocol = load_protocol_with_sha256(find_protocol("chest"))[0]
-    model = study_model(protocol, None, (0, 0))
-    rates = np.array([inner if ("clothing", "inner") in cell else both for cell in model.cells])
-    population = GivenRates(rates, common_sd=1.0, cell_sd=0.8 / np.sqrt(2))
-    return StudyModel(protocol_design(protocol), model.cells, 10, model.contrasts, population)
+    print(
+        f"power by sign-flip, simulation, 3 comparisons, and as many without a difference: {rate:,.0f} "
+        "studies/s a core (limit 50,000)"
+    )
 
 
 def compare_with_glmer(model: StudyModel) -> None:
@@ -117,33 +127,82 @@ def rows(study: np.ndarray) -> BinomialRows:
     )
 
 
-def time_default_analysis(model: StudyModel, studies: int = 100) -> None:
-    """Put studies through all tests of the default analysis on all cores; false positives double the work."""
-    tests: tuple[TestName, ...] = ("sign_flip", "paired_t", "mixed_model")
+def time_planned_tests(model: StudyModel) -> None:
+    """Put studies through the planned comparisons with all their tests, on all cores."""
+    generator = np.random.default_rng(2)
+    counts = model.answers(model.people(STUDIES, 8, generator), generator)
     start_s = time.perf_counter()
-    power_analysis(model, Question((8,), studies, tests), jobs=-1)
-    taken_s = (time.perf_counter() - start_s) / 2
+    Parallel(n_jobs=-1)(delayed(planned_tests)(model, study) for study in counts)
+    taken_s = time.perf_counter() - start_s
     print(
-        f"2000 studies through the default tests: {2000 / studies * taken_s:.0f} s on {os.cpu_count()} cores"
+        f"{STUDIES} studies through the planned comparisons (sign-flip, t, Wilcoxon, Bayes factor, mixed "
+        f"model, Holm): {taken_s:.0f} s on {os.cpu_count()} cores (limit 90 s)"
     )
 
 
-def print_false_positives(mixed_studies: int) -> None:
-    """Print how often a difference is found where there is none, at the level 0.05."""
-    table = Table("rates", "participants", "test", "studies", "found at .05", "95 % interval", box=None)
-    for rate in (0.5, 0.8, 0.95):
-        for participants in (8, 16):
-            for tests, studies in ((("sign_flip", "paired_t"), 10_000), (("mixed_model",), mixed_studies)):
-                chosen: tuple[TestName, ...] = tests  # type: ignore[assignment]
-                for row in power_analysis(
-                    chest_model(rate, rate), Question((participants,), studies, chosen), jobs=-1
-                ):
-                    if "100" not in row.comparison or row.power_interval is None:
-                        continue
-                    low, high = row.power_interval.low, row.power_interval.high
-                    cells = (f"{rate:g}", str(participants), row.test, str(studies), f"{row.power:.4f}")
-                    table.add_row(*cells, f"{low:.4f} to {high:.4f}")
-    Console(width=110).print(table)
+def planned_tests(model: StudyModel, counts: np.ndarray) -> None:
+    """Test one study."""
+    planned_comparisons(model.rates(counts), model.design)
+
+
+def time_everything(model: StudyModel, studies: int = 100) -> None:
+    """Put some studies through all that `analyse` computes, files aside, and say what 2000 would take."""
+    generator = np.random.default_rng(3)
+    counts = model.answers(model.people(studies, 8, generator), generator)
+    trials = [trials_of(model, study) for study in counts]
+    results_of(trials[0])
+    start_s = time.perf_counter()
+    Parallel(n_jobs=-1)(delayed(analyse_without_files)(each) for each in trials)
+    each_s = (time.perf_counter() - start_s) / studies
+    print(
+        f"all that analyse computes, psychometric functions with 400 resamples included: {1000 * each_s:.0f} "
+        f"ms a study on {os.cpu_count()} cores, so {STUDIES * each_s:.0f} s for {STUDIES}"
+    )
+
+
+def analyse_without_files(trials: Trials) -> None:
+    """Analyse one study."""
+    results_of(trials)
+
+
+def trials_of(model: StudyModel, counts: np.ndarray) -> Trials:
+    """Return one study's trials, those of a block in plain order."""
+    rows = [
+        TrialRow(
+            participant=f"{person:02d}",
+            session="01",
+            block=1 + (dict(cell)["clothing"] != "inner"),
+            trial=place * model.trials + number,
+            attempt=1,
+            trial_type="stimulus",
+            trial_status="complete",
+            felt=number < felt,
+            response_time_s=None,
+            levels=dict(cell),
+        )
+        for person, row in enumerate(counts)
+        for place, (cell, felt) in enumerate(zip(model.cells, row, strict=True))
+        for number in range(model.trials)
+    ]
+    return Trials(model.design, data_frame(rows, model.design), simulated=True, warnings=(), inputs=())
+
+
+def time_demo() -> None:
+    """Analyse the demo's study as a person does: start-up, figures and report included."""
+    program = str(Path(sys.executable).with_name("autd-trials"))
+    with tempfile.TemporaryDirectory() as folder:
+        silently([program, "run", "chest", "--simulate", "8", "--seed", "1", "--data", folder])
+        times_s = []
+        for _ in range(3):
+            start_s = time.perf_counter()
+            silently([program, "analyse", f"{folder}/chest"])
+            times_s.append(time.perf_counter() - start_s)
+    print(f"autd-trials analyse on the demo study: {min(times_s):.1f} s, best of 3 (limit 5 s)")
+
+
+def silently(command: list[str]) -> None:
+    """Run a program and wait for its end."""
+    subprocess.run(command, capture_output=True, check=True)
 
 
 if __name__ == "__main__":
