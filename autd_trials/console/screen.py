@@ -80,7 +80,12 @@ def render(status: Status, t_s: float, *, unblind: bool) -> RenderableType:
     """Return the screen for a status at session time `t_s` in s."""
     if status.start is None:
         return Text("opening devices ...")
-    return Group(_banner(status), _trial_panel(status, t_s, unblind=unblind), _health(status, t_s), _keys())
+    return Group(
+        _banner(status),
+        _trial_panel(status, t_s, unblind=unblind),
+        _health(status, t_s, unblind=unblind),
+        _keys(),
+    )
 
 
 def _banner(status: Status) -> RenderableType:
@@ -142,15 +147,23 @@ def _block_result(status: Status) -> str:
     return f"felt {status.felt_in_block} of {status.trials_in_block}{alarms}"
 
 
-def _health(status: Status, t_s: float) -> RenderableType:
+def _health(status: Status, t_s: float, *, unblind: bool) -> RenderableType:
     table = Table.grid(padding=(0, 2))
     table.add_row("array", f"{status.array}: {_devices(status, t_s)}")
     table.add_row("start margin", "-" if status.margin_s is None else f"{1e3 * status.margin_s:.0f} ms")
     table.add_row("masker", f"{status.masker}, {status.underruns} underruns")
-    table.add_row("exposure", f"{status.exposure_s:.1f} of {status.exposure_budget_s:g} s at full drive")
+    table.add_row("exposure", _exposure(status, unblind=unblind))
     if status.last_fault:
         table.add_row("last fault", Text(status.last_fault, style="yellow"))
     return Panel(table, title="health")
+
+
+def _exposure(status: Status, *, unblind: bool) -> str:
+    """Return the exposure used; within a block that before it, as its steps would give each drive away."""
+    open_to_see = unblind or status.block_ended or status.ended is not None
+    used_s = status.exposure_s if open_to_see else status.exposure_before_block_s
+    when = "" if open_to_see else " before this block"
+    return f"{used_s:.1f} of {status.exposure_budget_s:g} s at full drive{when}"
 
 
 def _devices(status: Status, t_s: float) -> str:

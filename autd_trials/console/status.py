@@ -28,8 +28,9 @@ Phase = Literal[
 class Status:
     """A session at a glance.
 
-    `felt_in_block` and `trials_in_block` are for showing once a block has ended; before, they would tell the
-    experimenter who scores a raised hand how the participant is doing.
+    `felt_in_block`, `trials_in_block` and what `exposure_s` has over `exposure_before_block_s` are for
+    showing once a block has ended; before, they would tell the experimenter who scores a raised hand how the
+    participant is doing, and what is presented.
     """
 
     start: SessionStart | None = None
@@ -56,6 +57,7 @@ class Status:
     thermal: bool = False
     checked_t_s: float | None = None
     exposure_s: float = 0.0
+    exposure_before_block_s: float = 0.0
     exposure_budget_s: float = 0.0
     underruns: int = 0
     last_fault: str | None = None
@@ -102,7 +104,13 @@ def fold(status: Status, event: Event) -> Status:
             return _started(event)
         case BlockStart():
             return replace(
-                status, block=event.block, block_ended=False, trial=0, felt_in_block=0, trials_in_block=0
+                status,
+                block=event.block,
+                block_ended=False,
+                trial=0,
+                felt_in_block=0,
+                trials_in_block=0,
+                exposure_before_block_s=status.exposure_s,
             )
         case TrialStart():
             return replace(

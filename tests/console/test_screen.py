@@ -88,6 +88,17 @@ def test_phases_follow_the_hardware_onset(log: tuple[Event, ...]) -> None:
     assert " stimulus " in shown(status, onset + 0.5)
 
 
+def test_within_a_block_the_exposure_does_not_tell_what_was_presented(log: tuple[Event, ...]) -> None:
+    statuses = [until(log, StimulusStart, count) for count in (3, 12)]
+    assert statuses[1].exposure_s > statuses[0].exposure_s > 0
+    for status in statuses:
+        assert "0.0 of" in shown(status, onset_t_s(status))
+        assert f"{status.exposure_s:.1f} of" in shown(status, onset_t_s(status), unblind=True)
+    ended = until(log, TrialEnd, 36)
+    assert ended.block_ended
+    assert f"{ended.exposure_s:.1f} of" in shown(ended, 0.0)
+
+
 def test_block_trial_time_left_exposure_and_health_are_shown(log: tuple[Event, ...]) -> None:
     status = until(log, TrialEnd, 10)
     text = shown(status, onset_t_s(status) + 4.0)
