@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from analysis.design import Condition
-from analysis.intervals import Interval, t_interval
+from analysis.intervals import Interval, t_interval, wald_interval
 from analysis.rates import ParticipantRate
 
 DETECTABILITY_INTERVAL = "95 % t interval over participants"
+PARTICIPANT_INTERVAL = "95 % Wald interval, trials taken as independent"
 
 _NORMAL = statistics.NormalDist()
 
@@ -27,17 +28,31 @@ class Detectability:
     ----------
     participant, condition
         Whose, and where.
+    stimuli, catch_trials
+        Numbers of trials.
     d_prime, criterion
         z(hits) - z(false alarms), and -(z(hits) + z(false alarms)) / 2.
     standard_error
-        Of d', by the delta method (Gourevitch and Galanter, 1967).
+        Of d', by the delta method (Gourevitch and Galanter, 1967); that of the criterion is half of it.
     """
 
     participant: str
     condition: Condition
+    stimuli: int
+    catch_trials: int
     d_prime: float
     criterion: float
     standard_error: float
+
+    @property
+    def interval(self) -> Interval:
+        """Wald 95 % interval of d'."""
+        return wald_interval(self.d_prime, self.standard_error)
+
+    @property
+    def criterion_interval(self) -> Interval:
+        """Wald 95 % interval of the criterion."""
+        return wald_interval(self.criterion, self.standard_error / 2)
 
 
 @dataclass(frozen=True)
@@ -48,6 +63,7 @@ class GroupDetectability:
     d_prime: float
     interval: Interval | None
     criterion: float
+    criterion_interval: Interval | None
     participants: int
 
 
@@ -84,12 +100,14 @@ def over_participants(found: Sequence[Detectability]) -> tuple[GroupDetectabilit
     for condition in dict.fromkeys(each.condition for each in found):
         there = [each for each in found if each.condition == condition]
         values = [each.d_prime for each in there]
+        criteria = [each.criterion for each in there]
         groups.append(
             GroupDetectability(
                 condition=condition,
                 d_prime=statistics.fmean(values),
                 interval=t_interval(values),
-                criterion=statistics.fmean(each.criterion for each in there),
+                criterion=statistics.fmean(criteria),
+                criterion_interval=t_interval(criteria),
                 participants=len(there),
             )
         )
@@ -108,6 +126,8 @@ def _detectability(hits: ParticipantRate, catch: ParticipantRate) -> Detectabili
     return Detectability(
         participant=hits.participant,
         condition=hits.condition,
+        stimuli=hits.n,
+        catch_trials=catch.n,
         d_prime=z_hit - z_false,
         criterion=-(z_hit + z_false) / 2,
         standard_error=math.sqrt(variance),

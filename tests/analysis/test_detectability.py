@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+import numpy as np
 import pytest
 from scipy.stats import norm
 
@@ -34,6 +35,24 @@ def test_d_prime_has_the_log_linear_correction() -> None:
 def test_rates_of_zero_and_one_stay_finite(hits: int, false_alarms: int, sign: int) -> None:
     (found,) = detectability([rate("01", hits, 10)], [rate("01", false_alarms, 6)]) or ()
     assert sign * found.d_prime > 0 if sign else abs(found.d_prime) < 1e-9
+
+
+def test_intervals_are_those_of_the_spread_of_repeated_studies() -> None:
+    """Of d' and of the criterion, over 4000 simulated participants with 60 stimuli and 60 catch trials."""
+    generator = np.random.default_rng(4)
+    hits, alarms = generator.binomial(60, norm.cdf(0.8), 4000), generator.binomial(60, norm.cdf(-0.7), 4000)
+    found = detectability(
+        [rate(str(number), int(count), 60) for number, count in enumerate(hits)],
+        [rate(str(number), int(count), 60) for number, count in enumerate(alarms)],
+    )
+    assert found is not None
+    covered = np.mean([each.interval.low <= 1.5 <= each.interval.high for each in found])
+    assert 0.93 < covered < 0.975
+    criterion = np.mean(
+        [each.criterion_interval.low <= -0.05 <= each.criterion_interval.high for each in found]
+    )
+    assert 0.93 < criterion < 0.975
+    assert {(each.stimuli, each.catch_trials) for each in found} == {(60, 60)}
 
 
 def test_conditions_go_with_the_catch_trials_of_their_block() -> None:
