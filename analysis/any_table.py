@@ -66,9 +66,10 @@ class TableRequest:
 def read_any_table(path: Path, request: TableRequest) -> Trials:
     """Read a table of single answers.
 
-    Without a column for trials every line is a trial of its own. Lines without an answer, interrupted ones
-    and practice are kept but not counted, and said to be. A BIDS table of events (``*_events.tsv``) needs no
-    names for those columns that are called as in `KNOWN`, and may have participant and session in its name.
+    Without a column for trials every line is a trial of its own, and their order tells nothing. Lines without
+    an answer, interrupted ones and practice are kept but not counted, and said to be. A BIDS table of events
+    (``*_events.tsv``) needs no names for those columns that are called as in `KNOWN`, and may have
+    participant and session in its name.
 
     Parameters
     ----------
@@ -114,6 +115,7 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
             *_mixed_origins(simulated),
         ),
         inputs=(path,),
+        ordered="trial" in columns,
         command=_command(path, request),
     )
 

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 SHUFFLES = 1999
 _SEED = 1
+_NO_ORDER = "the table has no column of trials, so their order is not known"
 _NO_SPREAD = 1e-12
 
 Array = NDArray[np.float64]
@@ -79,7 +80,10 @@ def order_effects(trials: Trials) -> tuple[OrderEffect, ...]:
     """
     answers = _Answers(trials)
     changes = (_change(answers, name, about, x) for name, about, x in answers.times())
-    return (*changes, _serial_dependence(answers), *_block_order(trials))
+    effects = (*changes, _serial_dependence(answers), *_block_order(trials))
+    if trials.ordered:
+        return effects
+    return tuple(_nothing(effect.name, effect.about, _NO_ORDER) for effect in effects)
 
 
 class _Answers:

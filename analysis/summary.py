@@ -160,13 +160,12 @@ def _interaction_lines(results: Results) -> Iterator[str]:
 
 
 def _order_lines(effects: Sequence[OrderEffect]) -> Iterator[str]:
-    if not effects:
+    known = [effect for effect in effects if effect.estimate is not None]
+    if not known:
         return
     yield ""
     yield "Order effects (checks, not adjusted):"
-    for effect in effects:
-        if effect.estimate is None:
-            continue
+    for effect in known:
         test = f", {p_equals(effect.p)}" if effect.p is not None else ", not testable"
         yield (
             f"  {effect.name}: {effect.about} {format_rate(effect.estimate)} "

@@ -39,6 +39,8 @@ class Trials:
         The files that were read: trial tables, then logs.
     logged
         The sessions as their raw logs have them; none for a table of whoever recorded it.
+    ordered
+        Whether it is known in which order trials came.
     command
         What makes these results again, the folder or file by its bare name.
     """
@@ -49,6 +51,7 @@ class Trials:
     warnings: tuple[str, ...]
     inputs: tuple[Path, ...]
     logged: tuple[LoggedSession, ...] = ()
+    ordered: bool = True
     command: str = ""
 
     @property

@@ -67,6 +67,18 @@ def test_answers_in_words_and_numbers(tmp_path: Path, yes: str, no: str) -> None
     assert list(trials.table["felt"]) == [True, True, False]
 
 
+def test_without_a_column_of_trials_their_order_is_not_looked_at(tmp_path: Path) -> None:
+    results = results_of(read(tmp_path, lines()))
+    assert {effect.note for effect in results.order_effects} == {
+        "the table has no column of trials, so their order is not known"
+    }
+    assert "Order effects" not in plain_words(results)
+    numbered = [f"{row},{number}" for number, row in enumerate(lines())]
+    columns = {**COLUMNS, "trial": "number"}
+    known = results_of(read(tmp_path, numbered, header="pid,felt,cloth,freq,number", columns=columns))
+    assert "Order effects" in plain_words(known)
+
+
 def test_a_tsv_with_catch_trials_sessions_and_interrupted_trials(tmp_path: Path) -> None:
     names = ("participant", "session", "trial", "trial_type", "trial_status", "response", "clothing")
     rows = [
