@@ -114,11 +114,14 @@ def _people(results: Results) -> Iterator[str]:
 
 
 def _design(factors: Sequence[StudyFactor]) -> Iterator[str]:
+    varied = [_factor(factor) for factor in factors if len(factor.levels) > 1]
+    held = [_factor(factor) for factor in factors if len(factor.levels) == 1]
+    if varied:
+        yield f"{_upper_first(_and(varied))} {_was(len(varied))} varied within participants."
+    if held:
+        yield f"{_upper_first(_and(held))} {_was(len(held))} the same in all trials."
     if not factors:
         yield "All stimuli were alike."
-        return
-    varied = _and([_factor(factor) for factor in factors])
-    yield f"{_upper_first(varied)} {_was(len(factors))} varied within participants."
 
 
 def _factor(factor: StudyFactor) -> str:
