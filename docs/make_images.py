@@ -39,6 +39,8 @@ def main() -> None:
     _IMAGES.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         _draw_study(Path(folder))
+        _draw_thresholds(Path(folder))
+        _draw_power(Path(folder))
         _draw_fields(Path(folder))
         _draw_detection_against_pose_error(Path(folder))
         _draw_calibration(Path(folder))
@@ -51,6 +53,22 @@ def _draw_study(folder: Path) -> None:
     write_results(analyse(study), study / "results")
     shutil.copy(study / "results" / "rates.png", _IMAGES / "chest.png")
     _draw_screen(next(study.glob("sourcedata/sub-sim01/*/*_log.jsonl")))
+
+
+def _draw_thresholds(folder: Path) -> None:
+    """Run the shipped adaptive study over simulated participants and draw their thresholds."""
+    autd_trials(["run", "chest-threshold", "--simulate", "8", "--seed", "1", "--data", str(folder)])
+    study = folder / "chest-threshold"
+    write_results(analyse(study), study / "results")
+    shutil.copy(study / "results" / "thresholds.png", _IMAGES / "thresholds.png")
+
+
+def _draw_power(folder: Path) -> None:
+    """Draw the power of the paper's study against the number of participants."""
+    tests = "sign_flip,paired_t"
+    size = ["--participants", "4-24", "--studies", "2000", "--tests", tests]
+    autd_trials(["power", "chest", *size, "--out", str(folder / "power")])
+    shutil.copy(folder / "power" / "power.png", _IMAGES / "power.png")
 
 
 def _draw_screen(log: Path) -> None:
