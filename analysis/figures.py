@@ -22,10 +22,11 @@ from analysis.style import (
     INK,
     LINE_IN,
     PLAIN,
-    WIDTH_IN,
+    RIGHT,
     draw_header,
     draw_panel_title,
     level_style,
+    side_by_side,
 )
 from analysis.wording import (
     comparison_names,
@@ -62,32 +63,25 @@ def draw_figure(results: Results) -> "Figure":
     Figure
         Not bound to any window.
     """
-    from matplotlib.figure import Figure
-
     text = figure_text(results)
     rate_labels, comparison_labels = _rate_labels(results), _comparison_labels(results)
     lines = max(label.count("\n") for label in [*rate_labels, *comparison_labels])
     axis_in = _AXIS_IN + LINE_IN * lines
     header_in = HEADER_IN + LINE_IN * legend_rows(shown_factors(results.trials.design)[1])
     below_in = axis_in + LINE_IN * text.lines
-    height_in = header_in + _PANELS_IN + below_in
-    figure = Figure(figsize=(WIDTH_IN, height_in))
-    grid = figure.add_gridspec(
-        1,
-        2 if results.comparisons else 1,
-        width_ratios=[1.75, 1] if results.comparisons else None,
-        left=0.075,
-        right=0.985 if results.comparisons else 0.62,
-        top=1 - header_in / height_in,
-        bottom=below_in / height_in,
-        wspace=0.27,
+    figure, axes = side_by_side(
+        (1.75, 1) if results.comparisons else (1,),
+        header_in=header_in,
+        panels_in=_PANELS_IN,
+        below_in=below_in,
+        right=RIGHT if results.comparisons else 0.62,
     )
     draw_header(
         figure, results.trials.design.protocol, size_words(results.trials), simulated=results.simulated
     )
-    _draw_rates(figure.add_subplot(grid[0, 0]), results, rate_labels)
+    _draw_rates(axes[0], results, rate_labels)
     if results.comparisons:
-        _draw_differences(figure.add_subplot(grid[0, 1]), results, comparison_labels)
+        _draw_differences(axes[1], results, comparison_labels)
     text.draw(figure, top_in=below_in - axis_in)
     return figure
 

@@ -78,6 +78,37 @@ def level_style(index: int) -> Style:
     return Style(*_STYLES[index % len(_STYLES)])
 
 
+def side_by_side(
+    widths: Sequence[float], *, header_in: float, panels_in: float, below_in: float, right: float = RIGHT
+) -> "tuple[Figure, list[Axes]]":
+    """Return a figure two columns wide with panels side by side, and the panels.
+
+    Parameters
+    ----------
+    widths
+        The panels' widths to each other.
+    header_in, panels_in, below_in
+        Heights in inches: of the header, of the panels, and of axis labels and texts below them.
+    right
+        Where the last panel ends, of the figure's width.
+    """
+    from matplotlib.figure import Figure
+
+    height_in = header_in + panels_in + below_in
+    figure = Figure(figsize=(WIDTH_IN, height_in))
+    grid = figure.add_gridspec(
+        1,
+        len(widths),
+        width_ratios=widths,
+        left=0.08,
+        right=right,
+        top=1 - header_in / height_in,
+        bottom=below_in / height_in,
+        wspace=0.27,
+    )
+    return figure, [figure.add_subplot(grid[0, place]) for place in range(len(widths))]
+
+
 def figure_style() -> Any:
     """Return the context within which figures are drawn and saved."""
     import matplotlib as mpl

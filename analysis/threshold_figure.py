@@ -11,10 +11,10 @@ from analysis.style import (
     INK,
     LINE_IN,
     PLAIN,
-    WIDTH_IN,
     draw_header,
     draw_notes,
     draw_panel_title,
+    side_by_side,
     wrapped_notes,
 )
 from analysis.threshold_comparisons import ThresholdComparison
@@ -33,8 +33,6 @@ _BEYOND = 1.12
 
 def draw_thresholds(results: Results) -> "Figure":
     """Draw the figure, within `analysis.style.figure_style`."""
-    from matplotlib.figure import Figure
-
     names, x_label = _condition_labels(results)
     labels = fitted_labels(names, _THRESHOLDS_IN)
     compared = [_compared_label(found) for found in results.threshold_comparisons]
@@ -42,24 +40,15 @@ def draw_thresholds(results: Results) -> "Figure":
     notes = wrapped_notes(_notes(results))
     lines = 2 + max(label.count("\n") for label in [*labels, *compared_labels])
     below_in = LINE_IN * (lines + len(notes) + 1.1)
-    height_in = HEADER_IN + _PANELS_IN + below_in
-    figure = Figure(figsize=(WIDTH_IN, height_in))
-    grid = figure.add_gridspec(
-        1,
-        2 if compared else 1,
-        width_ratios=(1.75, 1) if compared else (1,),
-        left=0.085,
-        right=0.985,
-        top=1 - HEADER_IN / height_in,
-        bottom=below_in / height_in,
-        wspace=0.27,
+    figure, axes = side_by_side(
+        (1.75, 1) if compared else (1,), header_in=HEADER_IN, panels_in=_PANELS_IN, below_in=below_in
     )
     draw_header(
         figure, results.trials.design.protocol, size_words(results.trials), simulated=results.simulated
     )
-    _draw_levels(figure.add_subplot(grid[0, 0]), results, labels, x_label)
+    _draw_levels(axes[0], results, labels, x_label)
     if compared:
-        _draw_differences(figure.add_subplot(grid[0, 1]), results, compared_labels)
+        _draw_differences(axes[1], results, compared_labels)
     draw_notes(figure, notes, LINE_IN * (len(notes) - 0.2))
     return figure
 

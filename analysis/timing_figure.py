@@ -15,12 +15,12 @@ from analysis.style import (
     INK,
     LINE_IN,
     PLAIN,
-    WIDTH_IN,
     Style,
     draw_header,
     draw_notes,
     draw_panel_title,
     level_style,
+    side_by_side,
     wrapped_notes,
 )
 from analysis.timing import (
@@ -55,8 +55,6 @@ def draw_timing(results: Results) -> "Figure | None":
     Figure or None
         None if neither was recorded.
     """
-    from matplotlib.figure import Figure
-
     panels = list(_panels(results))
     if not panels:
         return None
@@ -64,21 +62,11 @@ def draw_timing(results: Results) -> "Figure | None":
     axis_in = _AXIS_IN + LINE_IN * max(label.count("\n") for label in _labels(results))
     header_in = HEADER_IN + LINE_IN * legend_rows(shown_factors(results.trials.design)[1])
     below_in = axis_in + LINE_IN * (len(notes) + 0.6)
-    height_in = header_in + _PANELS_IN + below_in
-    figure = Figure(figsize=(WIDTH_IN, height_in))
-    grid = figure.add_gridspec(
-        1,
-        len(panels),
-        width_ratios=[width for width, _ in panels],
-        left=0.075,
-        right=0.985,
-        top=1 - header_in / height_in,
-        bottom=below_in / height_in,
-        wspace=0.27,
-    )
+    widths = [width for width, _ in panels]
+    figure, axes = side_by_side(widths, header_in=header_in, panels_in=_PANELS_IN, below_in=below_in)
     draw_header(figure, results.trials.design.protocol, "timing", simulated=results.simulated)
-    for place, (letter, (_, draw)) in enumerate(zip("ABC", panels, strict=False)):
-        draw(figure.add_subplot(grid[0, place]), letter)
+    for panel, letter, (_, draw) in zip(axes, "ABC", panels, strict=False):
+        draw(panel, letter)
     draw_notes(figure, notes, below_in - axis_in - 0.9 * LINE_IN)
     return figure
 
