@@ -15,7 +15,7 @@ from autd_trials.rig.build import NO_AUDIO, Builder
 from autd_trials.session.devices import Devices
 from autd_trials.session.interrupts import Interrupts
 from autd_trials.session.operator import Operator, Unattended
-from autd_trials.session.recorder import Listener
+from autd_trials.session.recorder import Display
 
 _SWITCH_INTERVAL_S = 0.0005
 
@@ -28,7 +28,7 @@ class Bench:
     devices: Devices
     operator: Operator
     interrupts: Interrupts
-    listeners: Sequence[Listener]
+    listeners: Sequence[Display]
     simulated: bool
     virtual: bool
     remarks: tuple[str, ...]
@@ -43,6 +43,11 @@ class Choices:
     unattended: bool
     unblind: bool
     audio: str | None
+
+    @property
+    def virtual(self) -> bool:
+        """Whether time is virtual."""
+        return self.simulated and not self.real_time
 
 
 @contextmanager
@@ -68,7 +73,7 @@ def bench(
     exposure_used_s
         Exposure that the session has used before, in s at full drive.
     """
-    virtual = choices.simulated and not choices.real_time
+    virtual = choices.virtual
     clock: Clock = VirtualClock(start_utc) if virtual else RealClock()
     builder = Builder(
         study.loaded_rig,
@@ -110,7 +115,7 @@ def _quick_threads() -> Iterator[None]:
         sys.setswitchinterval(before_s)
 
 
-_Parts = tuple[Operator, Sequence[Listener], Devices]
+_Parts = tuple[Operator, Sequence[Display], Devices]
 
 
 def _simulated(
@@ -134,7 +139,7 @@ def _simulated(
     return Unattended(), [_watcher(stack, builder.clock, choices)], devices
 
 
-def _watcher(stack: ExitStack, clock: Clock, choices: Choices) -> Listener:
+def _watcher(stack: ExitStack, clock: Clock, choices: Choices) -> Display:
     """Return a screen where there is a terminal and somebody has time to look at it, else lines."""
     from autd_trials.console.lines import Lines
 

@@ -9,6 +9,7 @@ from typing import Any
 from autd_trials.commands.bench import Bench, Choices, bench
 from autd_trials.commands.provenance import git_commit, versions
 from autd_trials.commands.study import Study
+from autd_trials.errors import UsageError
 from autd_trials.protocol.plan import Plan, make_plan
 from autd_trials.protocol.schema import Protocol
 from autd_trials.records.log import EventLog
@@ -17,6 +18,17 @@ from autd_trials.records.sessions import StudySession, new_session, study_lock, 
 from autd_trials.session.events import Note, Resume, SessionStart, TrialEnd
 from autd_trials.session.recorder import Recorder
 from autd_trials.session.runner import SessionRunner, Standing
+
+_KINDS = {
+    (False, False): "with a person",
+    (True, False): "by a simulated participant in real time",
+    (True, True): "by a simulated participant in virtual time",
+}
+_OPTIONS = {
+    (False, False): "leave --simulate out",
+    (True, False): "give --simulate 1 and --real-time",
+    (True, True): "give --simulate 1 without --real-time",
+}
 
 
 @dataclass(frozen=True)
@@ -64,6 +76,7 @@ def resume(study: Study, choices: Choices, found: StudySession) -> Started:
         As in `begin`.
     """
     start, progress = found.log.start, found.progress
+    _refuse_other_kind(choices, start)
     offset_s, now = _session_time_now(found)
     with ExitStack() as stack:
         here = stack.enter_context(
@@ -75,11 +88,23 @@ def resume(study: Study, choices: Choices, found: StudySession) -> Started:
         devices = here.devices.open()
         stack.callback(here.devices.close)
         log = stack.enter_context(take_up(found))
+        for display in here.listeners:
+            display.catch_up(found.log.events)
         recorder = Recorder(log, here.clock, offset_s=offset_s, listeners=here.listeners)
         _record_resume(recorder, study, here, found, devices)
         standing = Standing(progress.complete, progress.attempts, progress.answers)
         _run(here, recorder, start.protocol, start.plan, standing)
         return Started(found.paths.participant, found.paths.session, found.paths.log)
+
+
+def _refuse_other_kind(choices: Choices, start: SessionStart) -> None:
+    """Refuse to go on with a person's session by a program, or in another time: the record would lie."""
+    begun, now = (start.simulated, start.virtual_time), (choices.simulated, choices.virtual)
+    if begun != now:
+        raise UsageError(
+            f"the session was begun {_KINDS[begun]}, and would go on {_KINDS[now]}",
+            do=_OPTIONS[begun],
+        )
 
 
 def _run(here: Bench, recorder: Recorder, protocol: Protocol, plan: Plan, standing: Standing) -> None:

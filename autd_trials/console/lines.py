@@ -1,5 +1,6 @@
 """A line for what matters, where there is no terminal to draw on and for sessions in virtual time."""
 
+from collections.abc import Iterable
 from typing import TextIO
 
 from autd_trials.console.status import Status, fold
@@ -13,6 +14,13 @@ class Lines:
         self._output = output
         self._blocks = blocks
         self._status = Status()
+        self._before = 0
+
+    def catch_up(self, events: Iterable[Event]) -> None:
+        """Take in, without a word, what happened before a session was taken up again."""
+        for event in events:
+            self._status = fold(self._status, event)
+        self._before = self._status.completed
 
     def __call__(self, event: Event) -> None:
         """Take an event in."""
@@ -37,8 +45,7 @@ class Lines:
                 return f"note: {event.text}"
             case SessionEnd():
                 assert self._status.start is not None
-                trials = len(self._status.start.plan.trials)
-                return (
-                    f"{event.status}, {self._status.completed} of {trials} trials in this run ({event.why})"
-                )
+                trials, completed = len(self._status.start.plan.trials), self._status.completed
+                done = f"{completed - self._before} of {trials - self._before} trials in this run"
+                return f"{event.status}, {done} ({event.why})"
         return None

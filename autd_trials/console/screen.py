@@ -1,6 +1,6 @@
 """The experimenter's live screen: a listener that draws the session's status."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
 
@@ -43,6 +43,11 @@ class Screen:
         self._unblind = unblind
         self._console = console
         self._live = self._new_live()
+
+    def catch_up(self, events: Iterable[Event]) -> None:
+        """Take in what happened before a session was taken up again."""
+        for event in events:
+            self._status = fold(self._status, event)
 
     def __call__(self, event: Event) -> None:
         """Take an event in."""

@@ -138,7 +138,7 @@ def fold(status: Status, event: Event) -> Status:
         case Pause():
             return replace(status, paused=event.reason)
         case Resume():
-            return replace(status, paused=None, trial=0)
+            return replace(status, paused=None, ended=None, trial=0)
         case Fault():
             underrun = event.device == "masker" and event.what.startswith("underrun")
             return replace(status, last_fault=event.what, underruns=status.underruns + underrun)

@@ -1,6 +1,6 @@
 """Stamps what happens, makes it durable, and only then tells the listeners."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol, TypeVar
 
 from autd_trials.clock import Clock
@@ -10,6 +10,16 @@ Listener = Callable[[Event], None]
 """Hears every event after it is durable; may fail, never stops a run."""
 
 E = TypeVar("E")
+
+
+class Display(Protocol):
+    """A listener that shows the session, and so must know what happened before it was taken up again."""
+
+    def __call__(self, event: Event) -> None:
+        """Take an event in."""
+
+    def catch_up(self, events: Iterable[Event]) -> None:
+        """Take in what happened before."""
 
 
 class Log(Protocol):

@@ -164,8 +164,10 @@ def test_a_killed_adaptive_session_goes_on_with_the_levels_of_one_that_was_not(t
     process.kill()
     process.communicate()
     resumed = start("chest-threshold", "--simulate", 1, "--resume", "--data", killed)
-    resumed.communicate()
+    _, err = resumed.communicate()
     assert resumed.returncode == 0
+    assert "sim01 session 01: success" in err, "whoever shows the session knows what was before"
+    assert of("fault", killed) == []
     # A trial that the kill came in is another attempt, so its answer may differ, and what follows from it.
     interrupted = min((e["trial"] for e in of("trial-start", killed) if e["attempt"] > 1), default=None)
     levels = {e["trial"]: e["conditions"]["drive"] for e in of("trial-start", whole)}
@@ -174,6 +176,24 @@ def test_a_killed_adaptive_session_goes_on_with_the_levels_of_one_that_was_not(t
     same = [trial for trial in levels if interrupted is None or trial <= interrupted]
     assert [gone_on[trial] for trial in same] == [levels[trial] for trial in same]
     assert len({level for level in gone_on.values() if level is not None}) > 5
+
+
+def test_a_session_goes_on_only_as_it_was_begun(run: Run, tmp_path: Path) -> None:
+    process = start("chest-threshold", "--simulate", 1, "--data", tmp_path)
+    wait_for(lambda: len(of_or_none("trial-end", tmp_path)) > 3)
+    process.kill()
+    process.communicate()
+    before = events(tmp_path)
+    arguments = ("chest-threshold", "--resume", "--data", tmp_path)
+    by_a_person = run("run", *arguments)
+    assert by_a_person.code == 2
+    assert (
+        "begun by a simulated participant in virtual time, and would go on with a person" in by_a_person.err
+    )
+    in_real_time = run("run", *arguments, "--simulate", 1, "--real-time")
+    assert in_real_time.code == 2
+    assert "give --simulate 1 without --real-time" in in_real_time.err
+    assert events(tmp_path) == before
 
 
 @pytest.mark.emulator

@@ -99,6 +99,28 @@ def test_within_a_block_the_exposure_does_not_tell_what_was_presented(log: tuple
     assert f"{ended.exposure_s:.1f} of" in shown(ended, 0.0)
 
 
+@pytest.mark.parametrize("stopped_after", [20, 60])
+def test_a_session_taken_up_again_is_shown_as_it_stands(log: tuple[Event, ...], stopped_after: int) -> None:
+    clock = VirtualClock(datetime(2026, 11, 22, 9, 0, tzinfo=UTC))
+    console = Console(file=io.StringIO(), width=110)
+    screen = Screen(console, clock, unblind=False)
+    screen.catch_up(log[:stopped_after])
+    for event in log[stopped_after:-1]:
+        screen(event)
+    whole = Status()
+    for event in log[:-1]:
+        whole = fold(whole, event)
+    assert screen._status == whole
+    output = io.StringIO()
+    lines = Lines(output, blocks=False)
+    lines.catch_up(log[:stopped_after])
+    assert output.getvalue() == ""
+    for event in log[stopped_after:]:
+        lines(event)
+    before = sum(isinstance(event, TrialEnd) for event in log[:stopped_after])
+    assert f"success, {72 - before} of {72 - before} trials in this run" in output.getvalue()
+
+
 def test_block_trial_time_left_exposure_and_health_are_shown(log: tuple[Event, ...]) -> None:
     status = until(log, TrialEnd, 10)
     text = shown(status, onset_t_s(status) + 4.0)
