@@ -25,8 +25,8 @@ class Estimate:
         Standard deviation in dB (20 log10 of the level), of the posterior or over the reversals; None where
         undefined.
     beyond
-        1 or -1 where there is no threshold because it lies over the largest or under the smallest level, else
-        0.
+        1 or -1 where there is no threshold because it lies (or seems to lie) over the largest or under the
+        smallest level, else 0.
     note
         Why there is no threshold, or what to know about it.
     """

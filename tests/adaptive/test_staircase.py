@@ -86,11 +86,39 @@ def test_too_few_reversals_tell_no_threshold() -> None:
     assert estimate.note == "1 reversals with the final steps; a threshold needs 4"
 
 
-def test_steps_that_the_range_cut_off_are_told() -> None:
-    method = staircase(start=8)
-    estimate = StaircaseRule(method).estimate(answers_of(method, "--+-+-+-"))
+@pytest.mark.parametrize(("felt", "beyond"), [("--+-+--", 1), ("+++-+-+++", -1)])
+def test_a_staircase_held_at_an_end_tells_no_threshold(felt: str, beyond: int) -> None:
+    method = staircase(start=8 if beyond == 1 else 0.125)
+    estimate = StaircaseRule(method).estimate(answers_of(method, felt))
+    assert (estimate.threshold, estimate.beyond) == (None, beyond)
     assert estimate.note is not None
-    assert estimate.note.startswith("2 steps would have left the range")
+    assert "it lies beyond or close to it" in estimate.note
+
+
+def test_known_thresholds_are_found_and_those_at_the_end_are_not_taken_for_lower_ones() -> None:
+    """1-up-2-down: told thresholds are right on average, and those over the top are not told."""
+    method = Staircase(
+        kind="staircase",
+        varies="drive",
+        range=Range(smallest=0.1, largest=1.0, levels=41),
+        start=1.0,
+        felt_to_go_down=2,
+        step_factors=(8, 4, 2),
+    )
+    generator, rule = np.random.default_rng(3), StaircaseRule(method)
+    for true_db, told in ((-8.0, True), (-4.0, True), (1.5, False)):
+        estimates = []
+        for _ in range(25):
+            answers: list[Answer] = []
+            while len(answers) < 40:
+                level = rule.next_level(answers)
+                over_db = 20 * math.log10(level) - true_db
+                answers.append(Answer(level, bool(generator.random() < expit(0.6 * over_db + 0.8814))))
+            estimates.append(rule.estimate(answers))
+        db = [20 * math.log10(each.threshold) for each in estimates if each.threshold is not None]
+        assert len(db) >= 24 if told else len(db) <= 2
+        assert not told or abs(np.mean(db) - true_db) < 3 * np.std(db) / math.sqrt(len(db))
+        assert told or sum(each.beyond == 1 for each in estimates) >= 23
 
 
 @given(
