@@ -215,7 +215,10 @@ def _factor(
     levels: tuple[Level, ...] = tuple(dict.fromkeys(float(word) if numeric else word for word in words))
     if not 1 <= len(levels) <= _MOST_LEVELS:
         raise UsageError(f"{name} has {len(levels)} levels", where=str(path), do="is it a factor?")
-    factor = StudyFactor(name, levels, {}, within_block=True)
+    catch = [cells[name] for _, cells in lines if cells.get("trial_type") == "catch"]
+    with_level = [word for word in catch if word.lower() not in MISSING_WORDS]
+    # What catch trials have a level of they share with the stimuli around them, as clothes do.
+    factor = StudyFactor(name, levels, {}, within_block=not catch or len(with_level) < len(catch))
     strange = sorted((word for word in found if factor.parse(word) is None), key=_order)
     if strange:
         raise UsageError(
@@ -267,7 +270,8 @@ def _refuse_duplicates(lines: Sequence[tuple[str, dict[str, str]]], rows: Sequen
             raise UsageError(
                 f"trial {row.trial} of {row.participant} is complete twice, here and in {seen[key]}",
                 where=where,
-                do="take one of them out, or name the column of sessions",
+                do="take one of them out, name the column of sessions, number trials through the session, or "
+                "leave trial out of --columns",
             )
         seen[key] = where
 

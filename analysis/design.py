@@ -84,14 +84,16 @@ def format_level(level: float | str) -> str:
 def shown_factors(design: Design) -> tuple[StudyFactor | None, StudyFactor | None]:
     """Return what a figure shows along its axis and what it tells apart by colour.
 
-    These are the factors of the first planned comparison, or the first factors within and between blocks.
+    These are the factors of the first planned comparison, or the first factors within and between blocks
+    that have more than one level.
     """
     compared = design.comparisons[0] if design.comparisons else None
-    between = design.between_blocks[0] if design.between_blocks else None
+    varied = [factor for factor in design.factors if len(factor.levels) > 1] or list(design.factors)
+    between = next((factor for factor in varied if not factor.within_block), None)
     colour = design.factor(compared.factor) if compared else between
     if compared and compared.at_each:
         return design.factor(compared.at_each), colour
-    others = [factor for factor in design.factors if factor != colour]
+    others = [factor for factor in varied if factor != colour]
     return (others[0] if others else None), colour
 
 

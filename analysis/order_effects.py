@@ -143,7 +143,8 @@ def _change(answers: _Answers, name: str, about: str, times: Array) -> OrderEffe
 
 
 def _serial_dependence(answers: _Answers) -> OrderEffect:
-    name, about = "answer before", "correlation of an answer with the one before in its block"
+    name = "answer before"
+    about = "correlation of an answer with the one before in its block, less that of shuffled answers"
     follows = np.flatnonzero(answers.block[1:] == answers.block[:-1]) + 1
     spread = np.bincount(answers.participant, answers.residual**2)
     able = np.isin(np.arange(len(spread)), answers.participant[follows]) & (spread > 0)
@@ -158,13 +159,13 @@ def _serial_dependence(answers: _Answers) -> OrderEffect:
     of_participants = np.bincount(answers.participant[follows], products(answers.residual), len(spread))
     correlations: Array = of_participants.astype(float)[able]
     shuffled = products(answers.shuffled).sum(axis=1)
-    return _shuffle_test(name, about, correlations, shuffled)
+    by_chance = shuffled.mean()  # not zero: answers of a condition share their mean
+    return _shuffle_test(name, about, correlations - by_chance / len(correlations), shuffled - by_chance)
 
 
 def _shuffle_test(name: str, about: str, values: Array, shuffled_sums: Array) -> OrderEffect:
     """Return the effect whose sum over participants is compared with those of shuffled answers."""
-    middle = shuffled_sums.mean()  # the correlation of shuffled answers is not zero: they share their mean
-    as_far = np.abs(shuffled_sums - middle) >= abs(values.sum() - middle) - 1e-9
+    as_far = np.abs(shuffled_sums) >= abs(values.sum()) - 1e-9
     return OrderEffect(
         name=name,
         about=about,

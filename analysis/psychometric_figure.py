@@ -24,7 +24,7 @@ from analysis.style import (
     level_style,
     wrapped_notes,
 )
-from analysis.wording import factor_label, level_label, size_words
+from analysis.wording import factor_label, level_label, shortened, size_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,6 +34,7 @@ _ROW_IN = 2.5
 _AXIS_IN = 0.45  # tick and axis labels
 _MOST_COLUMNS = 3
 _MOST_TICKS = 9
+_TITLE_CHARACTERS = 96  # of all titles of a row
 _MARGIN = 0.25  # of the range of levels, beyond them on either side
 _AREA_PER_TRIAL = 1.6  # in square points
 _NOTE = (
@@ -72,7 +73,8 @@ def draw_psychometric(results: Results, found: PsychometricResults) -> "Figure":
     for place, group in enumerate(found.groups):
         axes = figure.add_subplot(grid[place // columns, place % columns])
         _prepare(axes, found, first=place % columns == 0)
-        draw_panel_title(axes, chr(ord("A") + place), _name(group.condition))
+        title = shortened(_name(results, group.condition), _TITLE_CHARACTERS // columns)
+        draw_panel_title(axes, chr(ord("A") + place), title)
         _draw_condition(axes, found, group, _style(results, group.condition))
     draw_notes(figure, notes, LINE_IN * (len(notes) - 0.2))
     return figure
@@ -186,6 +188,8 @@ def _style(results: Results, condition: Condition) -> Style:
     return level_style(colour.levels.index(level)) if colour and level is not None else PLAIN
 
 
-def _name(condition: Condition) -> str:
-    levels = [f"{factor_label(name)}: {level_label(level)}" for name, level in condition]
+def _name(results: Results, condition: Condition) -> str:
+    """Return a condition's levels; factors that have but one go without saying."""
+    varied = {factor.name for factor in results.trials.design.factors if len(factor.levels) > 1}
+    levels = [f"{factor_label(name)}: {level_label(level)}" for name, level in condition if name in varied]
     return ", ".join(levels) or "all stimuli"

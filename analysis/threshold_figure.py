@@ -19,7 +19,7 @@ from analysis.style import (
 )
 from analysis.threshold_comparisons import ThresholdComparison
 from analysis.threshold_words import comparison_words
-from analysis.wording import MINUS, compared_level, factor_label, level_label, size_words
+from analysis.wording import MINUS, factor_label, level_label, size_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,8 +97,10 @@ def _condition_labels(results: Results) -> tuple[list[str], str]:
 
 
 def _compared_label(found: ThresholdComparison) -> str:
-    first, second = (compared_level(found.factor, level) for level in (found.first, found.second))
-    return f"{first} {MINUS} {second}" + "".join(f", {level_label(level)}" for _, level in found.at)
+    """Return what was compared, in short: the notes have it in full."""
+    return f"{level_label(found.first)} {MINUS} {level_label(found.second)}" + "".join(
+        f", {level_label(level)}" for _, level in found.at
+    )
 
 
 def _notes(results: Results) -> Iterator[str]:

@@ -16,6 +16,23 @@ from analysis.wording import (
 )
 from autd_trials.protocol.method import Method, Staircase
 
+_ESTIMATES = {
+    "staircase": (
+        "A participant's threshold is the geometric mean of an even number of the reversals with the final "
+        "steps."
+    ),
+    "quest_plus": (
+        "A participant's threshold is the mean of QUEST+'s posterior in dB, for the level at which the "
+        "stimulus alone, guesses and lapses aside, is felt half the time."
+    ),
+}
+_COMPARED = (
+    "Thresholds were averaged over participants and compared within them in dB (20 log10 of the level), by a "
+    "paired t test and an exact sign-flip test; a threshold that lies beyond the levels is not told, and an "
+    "exact sign test counts which of two is higher. All tests are two-sided; p values were adjusted by "
+    "Holm's method for each kind of test."
+)
+
 
 def threshold_lines(results: Results) -> Iterator[str]:
     """Yield the lines of a summary: thresholds, and the planned comparisons of them."""
@@ -34,7 +51,15 @@ def threshold_lines(results: Results) -> Iterator[str]:
 
 def group_words(group: GroupThreshold) -> str:
     """Return a condition's mean threshold with its interval, n, and how many tracks tell none."""
-    untold = f", {group.untold} not told" if group.untold else ""
+    beyond = [
+        f"{count} {where}, so the mean is too {what}"
+        for count, where, what in (
+            (group.over, "beyond the largest level", "low"),
+            (group.under, "beyond the smallest level", "high"),
+        )
+        if count
+    ]
+    untold = f", {'; '.join([f'{group.untold} not told', *beyond])}" if group.untold else ""
     return (
         f"{format_rate(group.threshold)} {format_interval(group.interval)}, n = {group.participants}{untold}"
     )
@@ -54,24 +79,41 @@ def comparison_words(found: ThresholdComparison) -> str:
         )
     if found.sign_flip:
         flip = found.sign_flip
-        parts.append(f"exact sign-flip {p_equals(flip.p)} (Holm {format_p(found.sign_flip_holm)})")
+        parts.append(
+            f"exact sign-flip {p_equals(flip.p)} (Holm {format_p(found.sign_flip_holm)}; least possible "
+            f"{format_p(flip.floor)})"
+        )
     if found.sign_p is not None:
         counts = f"{found.higher_first} of {found.higher_first + found.higher_second}"
         parts.append(
-            f"higher at first in {counts}, exact sign test {p_equals(found.sign_p)} "
+            f"{first} higher in {counts}, exact sign test {p_equals(found.sign_p)} "
             f"(Holm {format_p(found.sign_holm)})"
         )
     return f"{first} {MINUS} {second}{at}: {'; '.join(parts)}"
 
 
-def method_words(method: Method) -> str:
-    """Return how levels were chosen, as a sentence."""
+def method_sentences(method: Method) -> str:
+    """Return how levels were chosen and thresholds estimated and compared, as sentences."""
     levels = f"{method.range.levels} levels from {method.range.smallest:g} to {method.range.largest:g}"
-    if isinstance(method, Staircase):
-        rule = f"a 1-up-{method.felt_to_go_down}-down staircase"
-        if method.step_up != method.step_down:
-            rule = f"a weighted {rule[2:]} ({method.step_up} up, {method.step_down} down)"
-        rule = f"{rule}, which settles where {method.converges_to:.3g} of the trials are felt"
-    else:
-        rule = "QUEST+ (Watson, 2017) with a Weibull function"
-    return f"The {method.varies} of each trial was chosen from the answers before by {rule}, among {levels}."
+    chosen = f"The {method.varies} of each trial was chosen from the answers before by"
+    return " ".join(
+        (
+            f"{chosen} {_rule(method)}, among {levels}, evenly spaced on a logarithmic scale.",
+            _ESTIMATES[method.kind],
+            _COMPARED,
+        )
+    )
+
+
+def _rule(method: Method) -> str:
+    if not isinstance(method, Staircase):
+        return "QUEST+ (Watson, 2017) with a Weibull function"
+    kind = f"1-up-{method.felt_to_go_down}-down staircase"
+    if method.step_up != method.step_down:
+        kind = f"weighted {kind}"
+    factors = " and ".join(map(str, method.step_factors))
+    return (
+        f"a {kind} that began at {method.start:g}, with steps of {method.step_up} levels up and "
+        f"{method.step_down} down times {factors} (the next with each reversal), which settles where "
+        f"{method.converges_to:.3g} of the trials are felt"
+    )

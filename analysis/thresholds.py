@@ -63,8 +63,9 @@ class Threshold:
 class GroupThreshold:
     """Geometric mean of participants' thresholds in a condition, with its interval; None where undefined.
 
-    `untold` counts participants who have a track there that tells no threshold. They are not in the mean,
-    which is too low where their thresholds lie over the largest level.
+    `untold` counts participants who have a track there that tells no threshold; `over` and `under` those of
+    them whose threshold lies over the largest or under the smallest level. They are not in the mean, which is
+    too low or too high by that.
     """
 
     condition: Condition
@@ -72,6 +73,8 @@ class GroupThreshold:
     interval: Interval | None
     participants: int
     untold: int
+    over: int
+    under: int
 
 
 def thresholds(trials: Trials) -> tuple[Threshold, ...]:
@@ -101,6 +104,8 @@ def over_participants(found: Sequence[Threshold]) -> tuple[GroupThreshold, ...]:
                 interval=interval_db and Interval(_level(interval_db.low), _level(interval_db.high)),
                 participants=len(db),
                 untold=sum(each.threshold is None and each.trials > 0 for each in there),
+                over=sum(each.beyond == 1 for each in there),
+                under=sum(each.beyond == -1 for each in there),
             )
         )
     return tuple(groups)

@@ -19,6 +19,7 @@ LATE_S = 0.001
 """An onset that is later than this is counted as late."""
 
 VIRTUAL_TIME = "not measured: the sessions ran in virtual time"
+NOT_TOLD = "not told: participants were simulated, and a table does not say whether in real time"
 NOT_RECORDED = "not recorded"
 
 _TIMES = {
@@ -126,9 +127,13 @@ def onset_times(trials: Trials) -> tuple[TimeSummary, ...]:
         for session in trials.logged
         if session.start.virtual_time
     }
-    ran_virtually = [key in virtual for key in zip(complete["participant"], complete["session"], strict=True)]
+    unknown = trials.simulated and not trials.logged  # a table alone does not tell whether time was real
+    ran_virtually = [
+        unknown or key in virtual for key in zip(complete["participant"], complete["session"], strict=True)
+    ]
     measured = complete[~np.array(ran_virtually, dtype=bool)]
-    return tuple(_summary(name, about, complete, measured) for name, about in _TIMES.items())
+    why = NOT_TOLD if unknown else VIRTUAL_TIME
+    return tuple(_summary(name, about, complete, measured, why) for name, about in _TIMES.items())
 
 
 def disturbances(trials: Trials) -> tuple[CountSummary, ...]:
@@ -176,14 +181,16 @@ def response_times_over_participants(
     return tuple(_over_participants(condition, mine) for condition, mine in by_condition.items())
 
 
-def _summary(name: str, about: str, complete: "pd.DataFrame", measured: "pd.DataFrame") -> TimeSummary:
+def _summary(
+    name: str, about: str, complete: "pd.DataFrame", measured: "pd.DataFrame", why_none: str
+) -> TimeSummary:
     values = tuple(sorted(measured[name].dropna().tolist()))
     recorded = int(complete[name].notna().sum())
     note = None
     if not recorded:
         note = NOT_RECORDED
     elif not values:
-        note = VIRTUAL_TIME
+        note = why_none
     elif recorded > len(values):
         note = f"{recorded - len(values)} trial(s) in virtual time left out"
     return TimeSummary(name.removesuffix("_s"), about, values, note)

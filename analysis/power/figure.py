@@ -113,8 +113,8 @@ def _notes(rows: Sequence[PowerRow], alpha: float, about: str) -> list[str]:
     studies = sorted({row.studies for row in rows})
     number = str(studies[0]) if len(studies) == 1 else f"{studies[0]} to {studies[-1]}"
     return [
-        f"{number} simulated studies at each point. Lines: share that finds the difference at p < {alpha:g}, "
-        "not adjusted; bands: 95 % Wilson intervals of these Monte Carlo shares. Dotted: share that finds "
-        f"one where there is none. Horizontal lines: {alpha:g} and {_WANTED:g}.",
+        f"{number} simulated studies at each point. Lines: share that finds the difference at p <= "
+        f"{alpha:g}, not adjusted; bands: 95 % Wilson intervals of these Monte Carlo shares. Dotted: share "
+        f"that finds one where there is none. Horizontal lines: {alpha:g} and {_WANTED:g}.",
         f"People: {about}",
     ]

@@ -213,9 +213,10 @@ def read_rates(path: Path, design: Design) -> dict[Condition, float]:
                 raise UsageError(
                     f"{factor.name} is {row[factor.name]!r}", where=where, do=f"one of {allowed}"
                 )
-        rates[tuple(zip(names, (level for level in levels if level is not None), strict=True))] = _rate(
-            row, where
-        )
+        cell = tuple(zip(names, (level for level in levels if level is not None), strict=True))
+        if cell in rates:
+            raise UsageError(f"{describe_condition(cell)} has a rate already", where=where, do="give one")
+        rates[cell] = _rate(row, where)
     missing = [describe_condition(cell) for cell in conditions(design.factors) if cell not in rates]
     if missing:
         raise UsageError(f"no rate for {'; '.join(missing)}", where=str(path))

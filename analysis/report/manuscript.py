@@ -5,10 +5,9 @@ from collections.abc import Iterator, Sequence
 from analysis.comparisons import ComparisonResult
 from analysis.design import Condition, StudyFactor
 from analysis.intervals import Interval
-from analysis.methods import METHODS
 from analysis.rates import ConditionRate
 from analysis.study import Results
-from analysis.threshold_words import comparison_words, group_words, method_words
+from analysis.threshold_words import comparison_words, group_words, method_sentences
 from analysis.timing_words import timing_sentences
 from analysis.wording import (
     compared_label,
@@ -72,7 +71,7 @@ def methods_text(results: Results, software: dict[str, str]) -> tuple[str, ...]:
             " ".join(_tests_made(results.comparisons)),
         )
         if method is None
-        else (f"{method_words(method)} {METHODS['threshold']}",)
+        else (method_sentences(method),)
     )
     return (
         " ".join((*_people(results), *_design(results.trials.design.factors), *_trials(results))),

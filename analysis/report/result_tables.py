@@ -23,7 +23,7 @@ def table_section(table: ResultTable) -> Element:
     shown = [column for column in columns if column.name not in constant]
     on_its_side = len(shown) > _MOST_COLUMNS and len(table.rows) <= _MOST_ROWS
     lay_out, kind = (_on_its_side, "side") if on_its_side else (_upright, "upright")
-    content = (tag("caption", table.about), *lay_out(table.rows, shown))
+    content = (tag("caption", tag("span", table.about)), *lay_out(table.rows, shown))
     return tag(
         "section",
         tag("h3", f"{table.name}.tsv"),

@@ -31,6 +31,8 @@ _GROUP = (
     *ENDS,
     Column("participants", "Number of participants in the mean."),
     _UNTOLD,
+    Column("over", "Those of them whose threshold lies over the largest level: the mean is too low."),
+    Column("under", "Those of them whose threshold lies under the smallest level: the mean is too high."),
 )
 _COMPARISON = (
     Column("factor", "The factor compared."),
@@ -106,6 +108,8 @@ def _group_row(group: GroupThreshold) -> Row:
         **interval_cells(iterated_interval(group.interval), THRESHOLD_INTERVAL),
         "participants": group.participants,
         "untold": group.untold,
+        "over": group.over,
+        "under": group.under,
         "notes": None if group.interval else why_no_interval(group.participants),
     }
 

@@ -81,8 +81,10 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
             _add(levels, *_list(each, "--levels"), "--levels")
         comparisons = tuple(_comparison(each) for each in options.compare)
         trials = read_any_table(options.study, TableRequest(columns, levels, comparisons))
-        beside = options.study.with_name(f"{options.study.stem}-analysis")
-        return results_of(trials, pooled=options.pooled), options.out or beside
+        folder = Path(f"{options.study.stem}-analysis")
+        if options.study.parent.name != "beh":  # a data set's own folders are no place for results
+            folder = options.study.with_name(folder.name)
+        return results_of(trials, pooled=options.pooled), options.out or folder
     if not options.study.exists():
         raise UsageError(
             "there is no such file or folder",

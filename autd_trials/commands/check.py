@@ -31,7 +31,7 @@ def execute(options: argparse.Namespace) -> int:
         print_json(facts)
     else:
         print_text("\n".join(f"{name:<24}{value}" for name, value in facts.items()))
-    _warn(ear_level_db)
+    _warn(facts)
     return 0
 
 
@@ -55,9 +55,16 @@ def _refuse_unsafe(study: "Study", plan: "Plan") -> float | None:
     return max((level for level in levels if level is not None), default=None)
 
 
-def _warn(ear_level_db: float | None) -> None:
+def _warn(facts: dict[str, Any]) -> None:
     from autd_trials.array.ears import WARNING_LEVEL_DB
 
+    left_s = facts["exposure limit_s"] - facts["exposure_s"]
+    if left_s < facts["exposure of a trial_s"]:
+        say(
+            f"warning: the exposure limit of the {facts['exposure limit of']} leaves {left_s:g} s, "
+            "not enough to run a trial again that was interrupted: such a session could not be finished"
+        )
+    ear_level_db = facts["ear level_db"]
     if ear_level_db is None:
         say("warning: the level at the ears is not predicted: the protocol does not say where the head is")
     elif ear_level_db > WARNING_LEVEL_DB:
@@ -71,6 +78,10 @@ def _facts(study: "Study", plan: "Plan", ear_level_db: float | None) -> dict[str
     from autd_trials.console.status import time_left_s
 
     rig, protocol = study.loaded_rig, study.protocol
+    limits_s = {
+        "rig": rig.rig.array.limits.session_exposure_s,
+        "protocol": protocol.safety.session_exposure_s,
+    }
     exposure_s = sum(t.stimulus.drive**2 * t.stimulus.duration_s for t in plan.trials)
     return {
         "protocol": protocol.name,
@@ -83,7 +94,8 @@ def _facts(study: "Study", plan: "Plan", ear_level_db: float | None) -> dict[str
         "minutes at least": round(time_left_s(plan, protocol.timing, completed=0) / 60, 1),
         "exposure_s": round(exposure_s, 6),
         "exposure of a trial_s": max(t.stimulus.drive**2 * t.stimulus.duration_s for t in plan.trials),
-        "exposure limit_s": min(rig.rig.array.limits.session_exposure_s, protocol.safety.session_exposure_s),
+        "exposure limit_s": min(limits_s.values()),
+        "exposure limit of": min(limits_s, key=lambda name: limits_s[name]),
         "ear level_db": None if ear_level_db is None else round(ear_level_db, 1),
         "ear level limit_db": rig.rig.array.limits.largest_ear_level_db,
         "hearing protection_db": rig.rig.hearing_protection_db,

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 _TESTS = ("sign_flip", "paired_t", "mixed_model")
 _FEWEST, _MOST = 3, 200
+_COMMON_SD, _CELL_SD = 1.0, 0.57
+_ENOUGH = 0.8
+"""The power that studies are usually planned for."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,12 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--common-sd",
         type=float,
-        default=1.0,
         metavar="SD",
         help="with --rates: people's logits differ (1.0)",
     )
     parser.add_argument(
-        "--cell-sd", type=float, default=0.6, metavar="SD", help="with --rates: and in each condition (0.6)"
+        "--cell-sd", type=float, metavar="SD", help="with --rates: and in each condition (0.57)"
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of everything (1)")
     parser.add_argument("--jobs", type=int, default=-1, metavar="N", help="processes (all cores)")
@@ -67,13 +69,19 @@ def execute(options: argparse.Namespace) -> int:
     question = Question(options.participants, options.studies, options.tests, options.alpha, options.seed)
     with _workers(options.dask), progress_bar("studies") as progress:
         rows = power_analysis(model, question, jobs=options.jobs, progress=progress)
-    facts = {"protocol": options.protocol, "population": _population(options), "rows": _plain(rows)}
+    facts = {
+        "protocol": options.protocol,
+        "population": _population(options),
+        "alpha": options.alpha,
+        "seed": options.seed,
+        "rows": _plain(rows),
+    }
     if options.out is not None:
         _write(rows, options, facts["population"])
     if options.json:
         print_json(facts)
     else:
-        print_text(_text(rows, facts["population"]))
+        print_text(_text(rows, options))
     return 0
 
 
@@ -82,7 +90,13 @@ def _refuse_nonsense(options: argparse.Namespace) -> None:
         raise UsageError(f"--studies is {options.studies}", do="simulate at least 1; 2000 tell power to 2 %")
     if not 0 < options.alpha < 1:
         raise UsageError(f"--alpha is {options.alpha:g}", do="give a level over 0 and under 1")
-    if min(options.common_sd, options.cell_sd) < 0:
+    given = [sd for sd in (options.common_sd, options.cell_sd) if sd is not None]
+    if given and options.rates is None:
+        raise UsageError(
+            "--common-sd and --cell-sd go with --rates; the assumed participants differ as their model says",
+            do="leave them out, or give --rates",
+        )
+    if min(given, default=0) < 0:
         raise UsageError("a standard deviation is negative", do="give 0 or more")
     if options.jobs == 0:
         raise UsageError("--jobs is 0", do="give a number of processes, or -1 for all cores")
@@ -95,13 +109,19 @@ def _model(options: argparse.Namespace) -> "StudyModel":
 
     protocol = load_protocol_with_sha256(find_protocol(options.protocol))[0]
     rates = None if options.rates is None else read_rates(options.rates, protocol_design(protocol))
-    return study_model(protocol, rates, (options.common_sd, options.cell_sd))
+    return study_model(protocol, rates, _sds(options))
+
+
+def _sds(options: argparse.Namespace) -> tuple[float, float]:
+    common = _COMMON_SD if options.common_sd is None else options.common_sd
+    return common, _CELL_SD if options.cell_sd is None else options.cell_sd
 
 
 def _population(options: argparse.Namespace) -> str:
     if options.rates is None:
         return "simulated participants (an assumed model, no data)"
-    return f"rates of {options.rates}, people differ by {options.common_sd:g} and {options.cell_sd:g} logits"
+    common, cell = _sds(options)
+    return f"rates of {options.rates}, people differ by {common:g} and {cell:g} logits"
 
 
 @contextmanager
@@ -131,8 +151,9 @@ def _plain(rows: "Sequence[PowerRow]") -> list[dict[str, Any]]:
 def _write(rows: "Sequence[PowerRow]", options: argparse.Namespace, population: str) -> None:
     from analysis.power.figure import draw_power
 
-    columns = list(_flat(rows[0]))
-    lines = ["\t".join(columns), *("\t".join(f"{value}" for value in _flat(row).values()) for row in rows)]
+    about = {"alpha": options.alpha, "seed": options.seed, "population": population}
+    table = [_flat(row) | about for row in rows]
+    lines = ["\t".join(table[0]), *("\t".join(f"{value}" for value in row.values()) for row in table)]
     try:
         options.out.mkdir(parents=True, exist_ok=True)
         draw_power(rows, options.alpha, Path(options.protocol).stem, population, options.out)
@@ -156,8 +177,12 @@ def _flat(row: "PowerRow") -> dict[str, Any]:
     return flat
 
 
-def _text(rows: "Sequence[PowerRow]", population: str) -> str:
-    lines = [f"{population}; share of {rows[0].studies} studies that find the difference:"]
+def _text(rows: "Sequence[PowerRow]", options: argparse.Namespace) -> str:
+    lines = [
+        f"{_population(options)}; {rows[0].studies} studies of each size, seed {options.seed}",
+        f"share that finds the difference at p <= {options.alpha:g}, with its 95 % Monte Carlo interval;",
+        "that with Holm's adjustment; that in studies without a difference; mean width of the interval:",
+    ]
     for row in rows:
         interval = (
             f"[{row.power_interval.low:.3f}, {row.power_interval.high:.3f}]" if row.power_interval else ""
@@ -168,7 +193,19 @@ def _text(rows: "Sequence[PowerRow]", population: str) -> str:
             f"Holm {row.power_holm:.3f}; without a difference {row.false_positives:.3f}; "
             f"{width} ({row.interval})"
         )
-    return "\n".join(lines)
+    return "\n".join([*lines, *_enough(rows)])
+
+
+def _enough(rows: "Sequence[PowerRow]") -> "Iterator[str]":
+    """Yield from which size on each comparison is found often enough, after Holm's adjustment."""
+    yield f"smallest size of those simulated with a power of {_ENOUGH:g} after Holm's adjustment:"
+    for comparison, test in dict.fromkeys((row.comparison, row.test) for row in rows):
+        sizes = [
+            row.participants
+            for row in rows
+            if (row.comparison, row.test) == (comparison, test) and row.power_holm >= _ENOUGH
+        ]
+        yield f"  {comparison}, {test}: {min(sizes) if sizes else 'none'}"
 
 
 def _sizes(text: str) -> tuple[int, ...]:

@@ -138,14 +138,14 @@ def _seed_of(options: argparse.Namespace) -> int:
 
 
 def _positive(text: str) -> int:
-    number = int(text)
+    number = int(text) if text.isdecimal() else 0
     if not 1 <= number <= 999:
-        raise argparse.ArgumentTypeError(f"{text} is not between 1 and 999")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to 999")
     return number
 
 
 def _seed(text: str) -> int:
-    number = int(text)
+    number = int(text) if text.isdecimal() else -1
     if not 0 <= number < 2**63:
-        raise argparse.ArgumentTypeError(f"{text} is not between 0 and 2^63 - 1")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to 2^63 - 1")
     return number

@@ -10,6 +10,7 @@ from autd_trials.records.sessions import StudySession
 from autd_trials.records.sessions_table import SESSION_COLUMNS, emulated
 from autd_trials.records.table import Column
 from autd_trials.records.trials_table import trial_columns
+from autd_trials.session.events import Fault, Resume
 
 _FIRST_LINE = {
     "yes": "**Simulated data: no person took part; a program gave the answers.**",
@@ -141,6 +142,13 @@ def _irregular(session: StudySession) -> list[str]:
         found.append(
             f"{progress.status} ({progress.why}), {len(progress.complete)} of {planned} trials complete"
         )
+    events = session.log.events
+    crashes = sum(isinstance(event, Resume) and event.after_crash for event in events)
+    faults = [event.what for event in events if isinstance(event, Fault)]
+    if crashes:
+        found.append(f"taken up again after {crashes} crash(es)")
+    if faults:
+        found.append(f"{len(faults)} fault(s): {', '.join(dict.fromkeys(faults))}")
     if progress.attempts_interrupted:
         found.append(f"{progress.attempts_interrupted} interrupted attempts")
     if session.log.damaged:

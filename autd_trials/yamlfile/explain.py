@@ -45,6 +45,8 @@ def problems(error: ValidationError, document: Tree, model: type[BaseModel]) -> 
     already = {problem.mark for problem in document.problems}
     found: dict[tuple[Path, Mark], list[ErrorDetails]] = {}
     for detail in map(_of_the_tag, error.errors(include_url=False)):
+        if _is_of_wrong_items(detail):
+            continue
         place = _place(detail, document)
         mark = _mark(place, detail, document)
         if mark not in already:
@@ -65,6 +67,11 @@ def spelled(path: Path) -> str:
                 part if re.fullmatch(r"[\w-]{1,60}", part) else _shown(part)
             )
     return f"{spelling}: " if spelling else ""
+
+
+def _is_of_wrong_items(detail: ErrorDetails) -> bool:
+    """Whether a list is called too short because its items are wrong, which is told of each of them."""
+    return detail["type"] == "too_short" and len(detail["input"]) >= detail["ctx"]["min_length"]
 
 
 def _of_the_tag(detail: ErrorDetails) -> ErrorDetails:
@@ -134,6 +141,10 @@ def _expectation(detail: ErrorDetails) -> str:
         return _EXPECTED[detail["type"]]
     if detail["type"].startswith(("greater_than", "less_than")):
         return detail["msg"].replace("Input should be", "a number")
+    if detail["type"] in ("too_short", "too_long"):
+        least = detail["type"] == "too_short"
+        number = detail["ctx"]["min_length" if least else "max_length"]
+        return f"at {'least' if least else 'most'} {number}"
     message = detail["msg"].replace("String should match pattern", "text that matches")
     return re.sub(r"^(Input|String|Tuple|List) should (be |have )?", "", message)
 

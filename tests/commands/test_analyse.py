@@ -1,6 +1,7 @@
 """`autd-trials analyse` of a table, as a person types it."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -27,6 +28,30 @@ def test_a_table_is_analysed_beside_itself(run: Run, table: Path) -> None:
     folder = table.with_name("trials-analysis")
     assert (folder / "rates.png").exists()
     assert not (folder / "dataset_description.json").exists()
+
+
+def test_a_data_sets_table_gives_the_studys_d_prime_and_leaves_its_folder_alone(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catch trials go with the clothing that they were in, as in the study."""
+    monkeypatch.chdir(tmp_path)
+    run("run", "chest-catch", "--simulate", 1, "--data", "data")
+    study = run("analyse", "data/chest-catch", "--json").json
+    (table,) = Path("data").glob("chest-catch/sub-*/ses-*/beh/*_events.tsv")
+    beside = sorted(table.parent.iterdir())
+    alone = run("analyse", table, "--columns", "modulation_hz,clothing", "--json").json
+    assert sorted(table.parent.iterdir()) == beside
+    assert (tmp_path / f"{table.stem}-analysis" / "report.html").exists()
+
+    def d_primes(results: dict[str, Any]) -> dict[tuple[str, str], float]:
+        rows = results["detectability_by_participant"]
+        return {(f"{row['modulation_hz']:g}", row["clothing"]): row["d_prime"] for row in rows}
+
+    (lateness,) = (row for row in alone["timing"] if row["quantity"] == "onset_lateness")
+    assert lateness["trials"] == 0
+    assert "a table does not say whether in real time" in lateness["notes"]
+    assert d_primes(alone) == pytest.approx(d_primes(study))
+    assert len(alone["false_alarms"]) == len(study["false_alarms"]) == 3
 
 
 @pytest.mark.parametrize(

@@ -85,6 +85,16 @@ def test_check_says_when_the_level_at_the_ears_is_not_known(run: Run, write_prot
     assert "does not say where the head is" in done.err
 
 
+def test_check_warns_where_nothing_is_left_for_a_trial_that_is_run_again(
+    run: Run, write_protocol: WriteProtocol
+) -> None:
+    safety = {"longest_burst_s": 1, "largest_duty": 0.5, "session_exposure_s": 1.3}
+    done = run("check", write_protocol(safety=safety))
+    assert done.code == 0
+    assert "the exposure limit of the protocol leaves 0.1 s, not enough to run a trial again" in done.err
+    assert "leaves" not in run("check", "chest").err
+
+
 def test_check_refuses_what_the_rig_forbids(run: Run, write_rig: WriteRig) -> None:
     loud = write_rig(lambda rig, _cal: rig["array"]["limits"].update(largest_ear_level_db=110))
     refused = run("check", "chest", "--rig", loud)

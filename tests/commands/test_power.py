@@ -35,6 +35,10 @@ def test_plain_words(run: Run) -> None:
     result = run("power", "chest", "--participants", "8", "--studies", 100, "--jobs", 1)
     assert "n = 8" in result.out
     assert "without a difference" in result.out
+    assert "100 studies of each size, seed 1" in result.out
+    assert "p <= 0.05" in result.out
+    for test in ("sign_flip", "paired_t"):
+        assert f"inner - inner_outer, modulation_hz 50, {test}: 8" in result.out, "the smallest size with .8"
 
 
 @pytest.mark.parametrize(
@@ -43,7 +47,8 @@ def test_plain_words(run: Run) -> None:
         (["--studies", "0"], "--studies is 0"),
         (["--alpha", "2"], "--alpha is 2"),
         (["--jobs", "0"], "--jobs is 0"),
-        (["--cell-sd", "-1"], "negative"),
+        (["--rates", "none.csv", "--cell-sd", "-1"], "negative"),
+        (["--common-sd", "2"], "go with --rates"),
         (["--rates", "none.csv"], "cannot be read"),
     ],
 )

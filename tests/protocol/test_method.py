@@ -46,6 +46,8 @@ MISTAKES = [
         "method.slope: unknown key; allowed: guess_rates, kind, lapse_rates, range, slopes, varies; did",
     ),
     (set_in("method", "guess_rates")([0.1, 0.1]), "method.guess_rates[1]: 0.1 is given twice"),
+    (set_in("method", "lapse_rates")([2]), "method.lapse_rates[0]: is 2; allowed: a number less than"),
+    (set_in("method", "lapse_rates")([]), "method.lapse_rates: is a list of 0; allowed: at least 1"),
     (set_in("method", "lapse_rates")([0.95]), "the largest guess and lapse rates sum up to 1 or more"),
     (set_in("method")({**STAIRCASE, "start": 2}), "method.start: start (2) is not within 0.1 to 1"),
     (set_in("method")({**STAIRCASE, "felt_to_go_down": 0}), "method.felt_to_go_down: is 0"),
@@ -60,7 +62,14 @@ MISTAKES = [
 
 @pytest.mark.parametrize(("change", "message"), MISTAKES, ids=[message for _, message in MISTAKES])
 def test_mistakes_are_told_with_their_place(refuse: Refuse, change: Any, message: str) -> None:
-    assert message in refuse(change, "chest-threshold")
+    refusal = refuse(change, "chest-threshold")
+    assert message in refusal
+    assert "after validation" not in refusal
+
+
+def test_wrong_items_do_not_make_their_list_too_short(refuse: Refuse) -> None:
+    refusal = refuse(set_in("method", "lapse_rates")([2]), "chest-threshold")
+    assert "is a list of" not in refusal
 
 
 def test_the_plan_has_the_largest_level_and_leaves_the_choice_open(load: Load) -> None:

@@ -173,7 +173,9 @@ def test_the_readme_tells_what_went_wrong(study: Path) -> None:
     export_study(study)
     readme = (study / "README.md").read_text()
     assert "sub-01 ses-02: aborted (the participant wanted to stop), 2 of 14 trials complete" in readme
-    assert "sub-02 ses-01: 1 interrupted attempts; unreadable lines in the log: 7" in readme
+    assert "sub-02 ses-01: taken up again after 1 crash(es); 1 interrupted attempts; unreadable" in readme
+    assert "unreadable lines in the log: 7" in readme
+    assert "1 fault(s)" in readme
     assert (
         "sub-05_ses-01_task-chestcatch_run-1_log.jsonl: the session was cut short before it began" in readme
     )

@@ -178,6 +178,7 @@ def test_given_rates_are_read_by_condition(tmp_path: Path) -> None:
         (["26,inner,0.5"], r"r\.csv:2: modulation_hz is '26'"),
         (["25,inner,1"], r"r\.csv:2: rate is '1'"),
         (["25,inner,x"], r"r\.csv:2: rate is 'x'"),
+        (["25,inner,0.5", "25,inner,0.6"], r"r\.csv:3: modulation_hz 25, clothing inner has a rate already"),
     ],
 )
 def test_wrong_rates_are_told(tmp_path: Path, lines: list[str], message: str) -> None:
