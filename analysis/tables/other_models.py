@@ -61,8 +61,8 @@ def other_model_tables(results: Results) -> tuple[ResultTable, ...]:
         result_table(
             "other_models",
             "The planned comparisons by other models: GEE, conditional logistic and Firth's logistic. The "
-            "last two take people for alike in the effect, and GEE without correction is for many: where that "
-            "is not so, their p are too small.",
+            "last two take people for alike in the effect, and GEE without correction is for many: where "
+            "that is not so, their p are too small.",
             (*COMPARED, AT, *_OTHER),
             map(_other_row, results.other_estimates),
             simulated=simulated,
