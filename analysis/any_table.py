@@ -113,6 +113,7 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
             *_look_alikes(design),
             *_not_read(file.header, columns),
             *_mixed_origins(simulated),
+            *_uneven_catch_trials(rows, factors),
         ),
         inputs=(path,),
         ordered="trial" in columns,
@@ -191,6 +192,17 @@ def _mixed_origins(simulated: Sequence[bool]) -> "Iterator[str]":
         )
 
 
+def _uneven_catch_trials(rows: Sequence[TrialRow], factors: Sequence[StudyFactor]) -> "Iterator[str]":
+    catch = [row for row in rows if row.trial_type == "catch"]
+    for factor in factors:
+        without = sum(row.levels[factor.name] is None for row in catch)
+        if 0 < without < len(catch):
+            yield (
+                f"{without} of {len(catch)} catch trials have no level of {factor.name}: false alarms of all "
+                "its levels are taken together"
+            )
+
+
 def _command(path: Path, request: TableRequest) -> str:
     """Return what a person types to read the table so."""
     words = ["autd-trials", "analyse", path.name]
@@ -256,7 +268,11 @@ def _checked(
                 where=str(path),
                 do=f"compare two of {allowed}" if len(factor.levels) > 1 else "there is one condition only",
             )
-        checked.append(comparison.model_copy(update={"first": levels[0], "second": levels[1]}))
+        found = comparison.model_copy(update={"first": levels[0], "second": levels[1]})
+        mirrored = comparison.model_copy(update={"first": levels[1], "second": levels[0]})
+        if found in checked or mirrored in checked:
+            raise UsageError("--compare asks for the same comparison twice", where=str(path), do="ask once")
+        checked.append(found)
     return tuple(checked)
 
 

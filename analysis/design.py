@@ -156,7 +156,7 @@ def _require_same_factors(newest_first: Sequence[LoggedSession]) -> None:
     for other in newest_first[1:]:
         if _shape(other.start.protocol) != _shape(newest.start.protocol):
             raise UsageError(
-                "the sessions were recorded with protocols of different factors:\n"
+                "the sessions were recorded with protocols of different factors or methods:\n"
                 f"  {_shape(newest.start.protocol)} in {newest.log}\n"
                 f"  {_shape(other.start.protocol)} in {other.log}",
                 do="keep sessions of different protocols in different study folders and analyse each",
@@ -168,5 +168,5 @@ def _shape(protocol: Protocol) -> str:
         ", ".join(sorted(names)) or "none"
         for names in (protocol.factors.within_block, protocol.factors.between_blocks)
     )
-    chosen = f"; chosen adaptively: {protocol.method.varies}" if protocol.method else ""
-    return f"within blocks: {within}; between blocks: {between}{chosen}"
+    method = f"; method: {protocol.method.model_dump(mode='json')}" if protocol.method else ""
+    return f"within blocks: {within}; between blocks: {between}{method}"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import ComparisonResult
 from analysis.intervals import Interval, t_interval
-from analysis.paired import PairedT, SignFlip, paired_t_test, sign_flip_test
+from analysis.paired import PairedT, SignFlip, as_integers, paired_t_test, sign_flip_test
 from autd_trials.protocol.schema import Level
 
 MOST_FLIPPED = 18
@@ -24,6 +24,7 @@ MOST_FLIPPED = 18
 TREND_INTERVAL = "95 % t interval over participants' slopes"
 
 _OCTAVE_DIGITS = 6
+_NO_SPREAD = 1e-12
 
 Array = NDArray[np.float64]
 
@@ -110,11 +111,11 @@ def _families(comparisons: Sequence[ComparisonResult]) -> list[list[ComparisonRe
 
 def _interaction(family: Sequence[ComparisonResult]) -> Interaction:
     differences = _complete(family)
-    contrasts = np.array(
-        [[float(each - row[0]) for each in row[1:]] for row in differences], dtype=float
-    ).reshape(len(differences), len(family) - 1)
+    numbers, denominator = as_integers([each for row in differences for each in row])
+    table = np.array(numbers, dtype=float).reshape(len(differences), len(family))
+    contrasts = (table[:, 1:] - table[:, :1]) / denominator
     t2, f, df, f_p = _hotelling(contrasts)
-    floor, flipped = _flip(contrasts)
+    floor, flipped = _flip(table)
     return Interaction(
         factor=family[0].factor,
         first=family[0].first,
@@ -143,7 +144,8 @@ def _hotelling(
     if n <= width:
         return None, None, None, None
     covariance = np.cov(contrasts, rowvar=False).reshape(width, width)
-    if np.linalg.matrix_rank(covariance) < width:
+    # Rates are counts: what varies at all varies by more than this.
+    if np.linalg.matrix_rank(covariance, tol=_NO_SPREAD, hermitian=True) < width:
         return None, None, None, None
     mean = contrasts.mean(axis=0)
     t2 = float(n * mean @ np.linalg.solve(covariance, mean))
@@ -152,23 +154,24 @@ def _hotelling(
     return t2, f, df, float(fdtrc(*df, f))
 
 
-def _flip(contrasts: Array) -> tuple[float | None, float | None]:
+def _flip(differences: Array) -> tuple[float | None, float | None]:
     """Return the least p possible and the exact p of the squared length of the contrasts' sum.
 
-    The length is that of the differences about their mean over the levels, so that no level is special. One
-    participant's signs may stay, as turning all of them changes nothing.
+    The differences are whole numbers, so that equal sums are equal. The length is that of the differences
+    about their mean over the levels, so that no level is special. One participant's signs may stay, as
+    turning all of them changes nothing.
     """
-    nonzero = contrasts[np.abs(contrasts).max(axis=1, initial=0) > 0]
-    if len(contrasts) < 2 or len(nonzero) > MOST_FLIPPED:
+    levels = differences.shape[1]
+    centred = levels * differences - differences.sum(axis=1, keepdims=True)
+    nonzero = centred[np.abs(centred).max(axis=1, initial=0) > 0]
+    if len(differences) < 2 or len(nonzero) > MOST_FLIPPED:
         return None, None
     if len(nonzero) == 0:
         return 1.0, 1.0
-    levels = np.column_stack([np.zeros(len(nonzero)), nonzero])
-    centred = levels - levels.mean(axis=1, keepdims=True)
     signs = np.array(list(itertools.product((1.0, -1.0), repeat=len(nonzero) - 1)))
-    sums = (np.column_stack([np.ones(len(signs)), signs]) @ centred) ** 2
-    lengths = sums.sum(axis=1)
-    as_extreme = int((lengths >= lengths[0] * (1 - 1e-9)).sum())
+    sums = np.column_stack([np.ones(len(signs)), signs]) @ nonzero
+    lengths = (sums**2).sum(axis=1)
+    as_extreme = int((lengths >= lengths[0]).sum())
     return min(1.0, 2 / 2 ** len(nonzero)), as_extreme / len(signs)
 
 

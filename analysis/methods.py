@@ -84,7 +84,7 @@ METHODS: Mapping[str, str] = {
         "settles, or the mean of QUEST+'s posterior in dB, for the level at which the stimulus alone, "
         "guesses and lapses aside, is felt half the time. Means, intervals, paired t and exact sign-flip "
         "tests are of thresholds in dB over participants; those whose tracks do not tell a threshold are "
-        "left out and counted. The exact sign test counts them too where a threshold is known to lie beyond "
+        "left out and counted. The exact sign test counts them too where a threshold seems to lie beyond "
         "the levels, and so beyond the other."
     ),
     "timing": (

@@ -209,7 +209,8 @@ def _two_blocks(
         if len(blocks) != 2 or set(person[name]) != set(levels):
             continue
         rates = person.groupby(name)["felt"].mean()
-        first_came_first = person.sort_values(["session", "block"])[name].iloc[0] == levels[0]
+        came = person.assign(session=_session_order(person["session"])).sort_values(["session", "block"])
+        first_came_first = came[name].iloc[0] == levels[0]
         nothing[bool(first_came_first)].append((float(rates[levels[0]]), float(rates[levels[1]])))
     if min(map(len, nothing.values())) < 2:
         return nothing, "fewer than two participants with two blocks in one of the orders"
@@ -251,8 +252,17 @@ def _codes(table: "pd.DataFrame", columns: list[str]) -> NDArray[np.intp]:
 
 def _sessions_of(table: "pd.DataFrame") -> Array:
     """Return the number of each trial's session among its participant's, from 0."""
-    ranks = table.groupby("participant")["session"].rank(method="dense")
+    ranks = _session_order(table["session"]).groupby(table["participant"]).rank(method="dense")
     return np.asarray(ranks.to_numpy(dtype=float) - 1, dtype=float)
+
+
+def _session_order(sessions: "pd.Series[str]") -> "pd.Series[int]":
+    """Return sessions' places: numbers by size, words after them by the alphabet."""
+    labels = sorted(
+        set(sessions),
+        key=lambda label: (not label.isdecimal(), int(label or 0) if label.isdecimal() else 0, label),
+    )
+    return sessions.map({label: place for place, label in enumerate(labels)}).astype(int)
 
 
 def _unit_scale(trial: Array, group: NDArray[np.intp]) -> Array:

@@ -21,7 +21,7 @@ from autd_trials.protocol.schema import Comparison, Level
 
 DIFFERENCE_INTERVAL = "95 % t interval over participants' differences in dB"
 
-_MICRO = 1_000_000
+_MICRO, _CENTI = 1_000_000, 100
 
 
 @dataclass(frozen=True)
@@ -86,11 +86,14 @@ def _compare(found: Sequence[Threshold], comparison: Comparison, at: Condition) 
         _means_db(found, comparison.factor, level, at) for level in (comparison.first, comparison.second)
     ]
     differences = [
-        (participant, Fraction(round((sides[0][participant] - sides[1][participant]) * _MICRO), _MICRO))
+        (participant, sides[0][participant] - sides[1][participant])
         for participant in sides[0]
         if participant in sides[1]
     ]
-    values = [difference for _, difference in differences]
+    values = [_rounded(difference, _MICRO) for _, difference in differences]
+    coarse = [
+        _rounded(difference, _CENTI) for _, difference in differences
+    ]  # so that their sums can be counted
     higher = _higher(found, comparison, at)
     return ThresholdComparison(
         factor=comparison.factor,
@@ -101,7 +104,7 @@ def _compare(found: Sequence[Threshold], comparison: Comparison, at: Condition) 
         mean_db=float(statistics.mean(values)) if values else None,
         interval=t_interval([float(value) for value in values]),
         paired_t=paired_t_test(values),
-        sign_flip=sign_flip_test(values),
+        sign_flip=sign_flip_test(coarse),
         untold=len({each.participant for each in found}) - len(values),
         higher_first=higher.count(1),
         higher_second=higher.count(-1),
@@ -121,6 +124,10 @@ def _means_db(found: Sequence[Threshold], factor: str, level: Level, at: Conditi
         for participant, values in told.items()
         if len(values) == len(cells[participant])
     }
+
+
+def _rounded(value: float, parts: int) -> Fraction:
+    return Fraction(round(value * parts), parts)
 
 
 def _higher(found: Sequence[Threshold], comparison: Comparison, at: Condition) -> list[int]:

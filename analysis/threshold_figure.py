@@ -111,8 +111,8 @@ def _notes(results: Results) -> Iterator[str]:
     untold = sum(group.untold for group in results.group_thresholds)
     if untold:
         yield (
-            f"{untold} track(s) tell no threshold and are not in the means; those known to lie beyond the "
-            "levels are drawn in the grey bands."
+            f"{untold} track(s) tell no threshold and are not in the means; those that seem to lie beyond "
+            "the levels are drawn in the grey bands."
         )
     for found in results.threshold_comparisons:
         yield f"{comparison_words(found)}."

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from analysis.design import Condition, Design, conditions
 from analysis.intervals import Interval, t_interval
 from analysis.trials import Trials
-from autd_trials.adaptive.answers import Answer
+from autd_trials.adaptive.answers import Answer, Estimate
 from autd_trials.adaptive.rule import rule_of
 from autd_trials.protocol.method import Method
 from autd_trials.protocol.schema import Level
@@ -31,7 +31,8 @@ class Threshold:
     participant, condition
         Whose, and where.
     threshold
-        The level felt at `rate`, a geometric mean over sessions; None if a track does not tell it.
+        The level felt at `rate`, a geometric mean over the sessions that tell it, weighted by their trials;
+        None if none does, or if it lies beyond the levels in one.
     rate
         The rate of "felt" that the threshold is for.
     spread_db
@@ -130,20 +131,31 @@ def _threshold(
     participant: str, condition: Condition, method: Method, sessions: dict[str, list[Answer]]
 ) -> Threshold:
     rule = rule_of(method)
-    estimates = [rule.estimate(answers) for answers in sessions.values()] or [rule.estimate([])]
-    told = [estimate.threshold for estimate in estimates if estimate.threshold is not None]
-    spreads = [estimate.spread_db for estimate in estimates if estimate.spread_db is not None]
-    notes = dict.fromkeys(estimate.note for estimate in estimates if estimate.note)
+    estimates = [(rule.estimate(answers), len(answers)) for answers in sessions.values()]
+    estimates = estimates or [(rule.estimate([]), 0)]
+    beyond = [estimate.beyond for estimate, _ in estimates if estimate.beyond]
+    told = [] if beyond else [pair for pair in estimates if pair[0].threshold is not None]
+    notes = dict.fromkeys(estimate.note for estimate, _ in estimates if estimate.note)
+    if told and len(told) < len(estimates):
+        notes[f"{len(estimates) - len(told)} session(s) that tell no threshold are left out"] = None
+    spreads = [estimate.spread_db for estimate, _ in told if estimate.spread_db is not None]
     return Threshold(
         participant=participant,
         condition=condition,
-        threshold=statistics.geometric_mean(told) if len(told) == len(estimates) else None,
-        rate=estimates[0].rate,
+        threshold=_weighted_mean(told),
+        rate=estimates[0][0].rate,
         spread_db=max(spreads, default=None),
         trials=sum(map(len, sessions.values())),
-        beyond=common_sign([estimate.beyond for estimate in estimates]),
+        beyond=common_sign(beyond) if beyond else 0,
         note="; ".join(notes) or None,
     )
+
+
+def _weighted_mean(told: Sequence[tuple[Estimate, int]]) -> float | None:
+    """Return the geometric mean of sessions' thresholds, each weighted by its trials; None without any."""
+    logs = [math.log(estimate.threshold) for estimate, _ in told if estimate.threshold is not None]
+    trials = [number for _, number in told]
+    return math.exp(statistics.fmean(logs, weights=trials)) if logs else None
 
 
 def common_sign(values: Sequence[int]) -> int:

@@ -153,7 +153,7 @@ def p_table(model: StudyModel, contrast: PlannedContrast, counts: Counts) -> str
     sums = counts.sum(axis=1)
     rows = {
         "exact sign-flip": sign_flip_p(differences, TRIALS),
-        "paired t": paired_t_p(differences),
+        "paired t": np.nan_to_num(paired_t_p(differences), nan=1.0),
         "mixed model, likelihood ratio": mixed_model_p(model, contrast, counts[:MODEL_STUDIES]),
         "pooled chi-squared": np.array([chi_squared(a, b) for a, b in sums[:, [first, second]].tolist()]),
     }

@@ -18,6 +18,7 @@ _HALF_CHI2_95 = 1.9207294103470618
 """Half the 95 % point of chi-squared with one degree of freedom: what the profile may lose."""
 
 _LARGEST_LOGIT = 12.0
+_COARSE_STEP = 0.75
 
 Array = NDArray[np.float64]
 
@@ -60,8 +61,10 @@ def fit_beta_binomial(counts: Sequence[tuple[int, int]]) -> BetaBinomial | None:
     trials = np.array([n for _, n in counts if n > 0], float)
     if len(felt) < 2 or not 0 < felt.sum() < trials.sum():
         return None
-    start = math.log((felt.sum() + 0.5) / (trials.sum() - felt.sum() + 0.5))
-    best = _maximum(lambda mean: _profile(felt, trials, mean)[0], start - 3, start + 3)
+    # The profile may have several maxima where numbers of trials differ widely.
+    coarse = np.arange(-_LARGEST_LOGIT, _LARGEST_LOGIT + _COARSE_STEP, _COARSE_STEP)
+    start = float(coarse[np.argmax([_profile(felt, trials, logit)[0] for logit in coarse])])
+    best = _maximum(lambda mean: _profile(felt, trials, mean)[0], start - _COARSE_STEP, start + _COARSE_STEP)
     value, correlation = _profile(felt, trials, best)
     binomial = _log_likelihood(felt, trials, _logit(felt.sum() / trials.sum()), 0.0)
     target = value - _HALF_CHI2_95

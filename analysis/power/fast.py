@@ -43,13 +43,13 @@ def sign_flip_p(differences: NDArray[np.int64], largest: int) -> Array:
 
 
 def paired_t_p(differences: NDArray[np.int64]) -> Array:
-    """Return the two-sided p of the paired t test of every study; 1 where all differences are equal."""
+    """Return the two-sided p of the paired t test of every study; NaN where all differences are equal."""
     from scipy.special import stdtr
 
     n = differences.shape[1]
     mean, sd = differences.mean(axis=1), differences.std(axis=1, ddof=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = np.where(sd > 0, mean / sd * np.sqrt(n), 0.0)
+        t = np.where(sd > 0, mean / sd * np.sqrt(n), np.nan)
     p: Array = 2 * stdtr(n - 1, -np.abs(t))
     return p
 
@@ -71,7 +71,7 @@ def _tables(largest: int, participants: int) -> tuple[Array, Array]:
     w = 2 * np.pi * np.arange(reach + 2) / around
     weights = np.full(reach + 2, 2.0)
     weights[[0, -1]] = 1.0
-    sums = np.arange(-reach, reach + 1)
-    shares = np.cos(np.outer(sums, w)) * weights / around
-    tails = np.array([shares[np.abs(sums) >= size].sum(axis=0) for size in range(reach + 1)])
+    shares = np.cos(np.outer(np.arange(reach + 1), w)) * weights / around
+    shares[1:] *= 2  # a sum and its opposite
+    tails = shares[::-1].cumsum(axis=0)[::-1]
     return np.cos(np.outer(np.arange(largest + 1), w)), tails

@@ -6,7 +6,7 @@ from analysis.adjustment import METHODS as ADJUSTMENTS
 from analysis.adjustment import adjusted
 from analysis.comparisons import ComparisonResult
 from analysis.design import format_level
-from analysis.interaction import TREND_INTERVAL, Interaction, Trend
+from analysis.interaction import MOST_FLIPPED, TREND_INTERVAL, Interaction, Trend
 from analysis.intervals import newcombe_interval
 from analysis.pooled import PooledTests
 from analysis.rates import ParticipantRate
@@ -187,8 +187,15 @@ def _interaction_row(found: Interaction) -> Row:
         "f_p": found.f_p,
         "sign_flip_p": found.sign_flip_p,
         "sign_flip_least_p": found.sign_flip_floor,
-        "notes": None if found.df else "T squared needs more participants than levels, who differ",
+        "notes": "; ".join(_interaction_notes(found)) or None,
     }
+
+
+def _interaction_notes(found: Interaction) -> Iterator[str]:
+    if found.df is None:
+        yield "T squared needs more participants than levels, who differ"
+    if found.sign_flip_p is None and found.participants > MOST_FLIPPED:
+        yield f"the sign patterns of more than {MOST_FLIPPED} participants are too many to go through"
 
 
 def _trend_row(found: Trend) -> Row:

@@ -23,6 +23,12 @@ RATE = 0.5
 """Thresholds are where the stimulus alone, guesses and lapses aside, is felt so often."""
 
 
+SURE = 0.9
+"""How probable it must be that a threshold lies beyond the levels to be said to."""
+
+LARGEST_SHARE_OF_PRIOR = 1 / 3
+"""With a larger part of the prior's spread left the answers tell no threshold."""
+
 _BEYOND = {1: "over the largest", -1: "under the smallest"}
 
 
@@ -88,13 +94,15 @@ class QuestPlusRule:
         if not answers:
             return Estimate(None, RATE, None, note="no answers")
         posterior, half_db = self._posterior(answers), self._half_db
-        mean_db = float(posterior @ half_db)
-        spread_db = math.sqrt(max(0.0, float(posterior @ (half_db - mean_db) ** 2)))
-        threshold, ends = 10 ** (mean_db / 20), self._method.range
-        if not ends.smallest <= threshold <= ends.largest:
-            beyond = -1 if threshold < ends.smallest else 1
-            return Estimate(None, RATE, None, beyond, f"the threshold lies {_BEYOND[beyond]} level")
-        return Estimate(threshold, RATE, spread_db)
+        smallest_db, largest_db = _db(self._method.range.ends)
+        for beyond, lies_there in ((1, half_db > largest_db), (-1, half_db < smallest_db)):
+            if float(posterior[lies_there].sum()) >= SURE:
+                return Estimate(None, RATE, None, beyond, f"the threshold lies {_BEYOND[beyond]} level")
+        mean_db, spread_db = _moments(half_db, posterior)
+        _, prior_spread_db = _moments(half_db, self._posterior([]))
+        if not smallest_db <= mean_db <= largest_db or spread_db > LARGEST_SHARE_OF_PRIOR * prior_spread_db:
+            return Estimate(None, RATE, None, note="the answers do not tell where the threshold lies")
+        return Estimate(10 ** (mean_db / 20), RATE, spread_db)
 
     @property
     def _thresholds_db(self) -> "Array":
@@ -130,6 +138,12 @@ class QuestPlusRule:
     def _posterior(self, answers: Sequence[Answer]) -> "Array":
         places = [(self._method.levels.index(answer.level), answer.felt) for answer in answers]
         return self._rule.posterior(places)
+
+
+def _moments(values: "Array", weights: "Array") -> tuple[float, float]:
+    """Return the weighted mean and standard deviation."""
+    mean = float(weights @ values)
+    return mean, math.sqrt(max(0.0, float(weights @ (values - mean) ** 2)))
 
 
 def weibull(

@@ -11,10 +11,9 @@ from autd_trials.protocol.method import Staircase
 FEWEST_REVERSALS = 4
 """With fewer reversals no threshold is told."""
 
-LARGEST_SHARE_CUT_OFF = 0.1
-"""Where more of the steps would have left the range at one end the reversals are held there, and their mean
-is
-wrong: with 1-up-2-down and 40 trials by 0.9 dB if the threshold lies just at the end (simulated)."""
+LARGEST_SHARE_CUT_OFF = 1 / 6
+"""Where more of the turns would have left the range at one end the reversals are held there, and their mean
+is wrong: with 1-up-2-down and 40 trials by 0.9 dB if the threshold lies just at the end (simulated)."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +24,8 @@ class Step:
     ----------
     level
         The level that was answered.
+    turned
+        Whether the answer led to a step, up or down.
     reversal
         Whether the staircase turned there, having come with steps of the final size.
     cut_off
@@ -34,6 +35,7 @@ class Step:
     """
 
     level: float
+    turned: bool
     reversal: bool
     cut_off: int
     next_level: float
@@ -65,7 +67,7 @@ class StaircaseRule:
         rate = self._method.converges_to
         for end, where in ((1, "largest"), (-1, "smallest")):
             cut_off = sum(step.cut_off == end for step in steps)
-            if cut_off > LARGEST_SHARE_CUT_OFF * len(steps):
+            if cut_off > LARGEST_SHARE_CUT_OFF * sum(step.turned for step in steps):
                 note = f"held at the {where} level by {cut_off} steps: it lies beyond or close to it"
                 return Estimate(None, rate, None, end, note)
         if len(kept) < FEWEST_REVERSALS:
@@ -92,7 +94,7 @@ class StaircaseRule:
             wanted = self._place(answer.level) + factor * self._size(turn)
             place = min(max(wanted, 0), last)
             cut_off = (wanted > last) - (wanted < 0)
-            yield Step(answer.level, reversal and final, cut_off, method.levels[place])
+            yield Step(answer.level, turn != 0, reversal and final, cut_off, method.levels[place])
 
     def _size(self, turn: int) -> int:
         """Return by how many levels a turn moves before it is multiplied."""

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 _TESTS = ("sign_flip", "paired_t", "mixed_model")
 _FEWEST, _MOST = 3, 200
 _COMMON_SD, _CELL_SD = 1.0, 0.57
+_LARGEST_SD = 20.0
 _ENOUGH = 0.8
 """The power that studies are usually planned for."""
 
@@ -96,8 +97,10 @@ def _refuse_nonsense(options: argparse.Namespace) -> None:
             "--common-sd and --cell-sd go with --rates; the assumed participants differ as their model says",
             do="leave them out, or give --rates",
         )
-    if min(given, default=0) < 0:
-        raise UsageError("a standard deviation is negative", do="give 0 or more")
+    if not all(0 <= sd <= _LARGEST_SD for sd in given):
+        raise UsageError("a standard deviation is no number of logits", do=f"give 0 to {_LARGEST_SD:g}")
+    if options.seed < 0:
+        raise UsageError(f"--seed is {options.seed}", do="give 0 or more")
     if options.jobs == 0:
         raise UsageError("--jobs is 0", do="give a number of processes, or -1 for all cores")
 
@@ -153,7 +156,10 @@ def _write(rows: "Sequence[PowerRow]", options: argparse.Namespace, population: 
 
     about = {"alpha": options.alpha, "seed": options.seed, "population": population}
     table = [_flat(row) | about for row in rows]
-    lines = ["\t".join(table[0]), *("\t".join(f"{value}" for value in row.values()) for row in table)]
+    lines = [
+        "\t".join(table[0]),
+        *("\t".join("n/a" if value is None else f"{value}" for value in row.values()) for row in table),
+    ]
     try:
         options.out.mkdir(parents=True, exist_ok=True)
         draw_power(rows, options.alpha, Path(options.protocol).stem, population, options.out)

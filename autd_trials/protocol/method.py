@@ -11,10 +11,12 @@ from pydantic import Field
 from pydantic_core import InitErrorDetails
 
 from autd_trials.protocol.checks import fault
-from autd_trials.protocol.model import Fraction, Model
+from autd_trials.protocol.model import Model
 
 Varied = Literal["drive", "depth", "duration_s", "modulation_hz"]
 Steps = Annotated[int, Field(ge=1, le=50)]
+Rate = Annotated[float, Field(ge=0.001, le=0.5)]
+"""Never 0: one slip would rule out what is true."""
 
 _DIGITS = 6
 _MOST_PARAMETERS = 20_000
@@ -105,10 +107,10 @@ class QuestPlusMethod(_Method):
     slopes: tuple[Annotated[float, Field(gt=0, le=50)], ...] = Field(
         (1.0, 2.0, 3.0, 4.0, 6.0, 8.0), min_length=1, max_length=30, description="Weibull slopes (beta)."
     )
-    guess_rates: tuple[Fraction, ...] = Field(
+    guess_rates: tuple[Rate, ...] = Field(
         (0.01, 0.05, 0.1), min_length=1, max_length=20, description="Rates of felt without a stimulus."
     )
-    lapse_rates: tuple[Fraction, ...] = Field(
+    lapse_rates: tuple[Rate, ...] = Field(
         (0.02,), min_length=1, max_length=20, description="Rates of not felt however strong the stimulus."
     )
 

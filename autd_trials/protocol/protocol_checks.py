@@ -37,6 +37,10 @@ def protocol_faults(protocol: "Protocol") -> Iterator[InitErrorDetails]:
     yield from _target_faults(protocol)
     yield from _method_faults(protocol)
     for index, comparison in enumerate(protocol.comparisons):
+        if any(_is_the_same(comparison, before) for before in protocol.comparisons[:index]):
+            yield fault(
+                ("comparisons", index), "this comparison is planned already, perhaps the other way round"
+            )
         yield from _comparison_faults(protocol, comparison, ("comparisons", index))
 
 
@@ -125,6 +129,14 @@ def _sizes_of_run_groups(protocol: "Protocol") -> list[int]:
         levels = len(within[run_of].levels)
         sizes = [stimuli // levels] * levels
     return [*sizes, protocol.catch_trials_per_block]
+
+
+def _is_the_same(one: "Comparison", other: "Comparison") -> bool:
+    return (one.factor, one.at_each, {one.first, one.second}) == (
+        other.factor,
+        other.at_each,
+        {other.first, other.second},
+    )
 
 
 def _comparison_faults(

@@ -48,7 +48,10 @@ MISTAKES = [
     (set_in("method", "guess_rates")([0.1, 0.1]), "method.guess_rates[1]: 0.1 is given twice"),
     (set_in("method", "lapse_rates")([2]), "method.lapse_rates[0]: is 2; allowed: a number less than"),
     (set_in("method", "lapse_rates")([]), "method.lapse_rates: is a list of 0; allowed: at least 1"),
-    (set_in("method", "lapse_rates")([0.95]), "the largest guess and lapse rates sum up to 1 or more"),
+    (
+        lambda data: data["method"].update(guess_rates=[0.5], lapse_rates=[0.5]),
+        "the largest guess and lapse rates sum up to 1 or more",
+    ),
     (set_in("method")({**STAIRCASE, "start": 2}), "method.start: start (2) is not within 0.1 to 1"),
     (set_in("method")({**STAIRCASE, "felt_to_go_down": 0}), "method.felt_to_go_down: is 0"),
     (
