@@ -91,9 +91,7 @@ def _compare(found: Sequence[Threshold], comparison: Comparison, at: Condition) 
         if participant in sides[1]
     ]
     values = [_rounded(difference, _MICRO) for _, difference in differences]
-    coarse = [
-        _rounded(difference, _CENTI) for _, difference in differences
-    ]  # so that their sums can be counted
+    coarse = [_rounded(difference, _CENTI) for _, difference in differences]  # sums that can be counted
     higher = _higher(found, comparison, at)
     return ThresholdComparison(
         factor=comparison.factor,

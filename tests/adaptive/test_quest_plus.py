@@ -145,3 +145,11 @@ def test_a_threshold_beyond_the_levels_is_told(felt: bool, side: str) -> None:
     estimate = rule.estimate(answers)
     assert estimate.threshold is None
     assert estimate.note == f"the threshold lies {side} level"
+
+
+def test_a_few_answers_tell_no_threshold() -> None:
+    rule = QuestPlusRule(METHOD)
+    for felt in (True, False):
+        answers = [Answer(rule.next_level([]), felt)]
+        assert rule.estimate(answers).threshold is None
+        assert rule.estimate(answers).note == "the answers do not tell where the threshold lies"

@@ -245,6 +245,26 @@ def test_a_factor_at_each_of_its_own_levels_is_refused(tmp_path: Path) -> None:
         read(tmp_path, lines(), comparisons=(COMPARISON.model_copy(update={"at_each": "clothing"}),))
 
 
+def test_a_comparison_asked_for_twice_is_refused(tmp_path: Path) -> None:
+    mirrored = COMPARISON.model_copy(update={"first": "both", "second": "inner"})
+    with pytest.raises(UsageError, match="the same comparison twice"):
+        read(tmp_path, lines(), comparisons=(COMPARISON, mirrored))
+
+
+def test_catch_trials_of_some_levels_only_are_said(tmp_path: Path) -> None:
+    header = "pid,felt,cloth,freq,kind"
+    rows = [f"{line},stimulus" for line in lines()]
+    catch = [
+        f"p{person},0,{cloth},{hertz},catch"
+        for person in range(4)
+        for cloth, hertz in (("inner", 25), ("both", ""))
+    ]
+    columns = {**COLUMNS, "trial_type": "kind"}
+    warnings = read(tmp_path, [*rows, *catch], header=header, columns=columns).warnings
+    assert any("4 of 8 catch trials have no level of modulation_hz" in warning for warning in warnings)
+    assert not any("no level of clothing" in warning for warning in warnings)
+
+
 def test_one_condition_has_rates(tmp_path: Path) -> None:
     rows = [f"p{person},{trial % 2},inner,25" for person in range(3) for trial in range(4)]
     results = results_of(read(tmp_path, rows, comparisons=()))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
+from scipy import integrate, stats
 
 from analysis.exact import bayes_factor, dz_interval, wilcoxon_test
 
@@ -72,3 +72,22 @@ def test_the_bayes_factor_is_the_ratio_of_marginal_likelihoods(t: float, n: int)
     prior = stats.cauchy.pdf(effects, scale=np.sqrt(0.5))
     marginal = np.trapezoid(stats.nct.pdf(t, n - 1, effects * np.sqrt(n)) * prior, effects)
     assert bayes_factor(t, n) == pytest.approx(marginal / stats.t.pdf(t, n - 1), rel=2e-3)
+
+
+@pytest.mark.parametrize(("t", "n"), [(4.0, 500), (8.0, 500), (20.0, 1000)])
+def test_the_bayes_factor_of_many_people_is_quadpacks(t: float, n: int) -> None:
+    """Rouder et al. (2009), equation 1 with r = sqrt(1/2), in pieces so short that no peak is missed."""
+
+    def density(log_g: float) -> float:
+        spread = 1 + n * 0.5 * np.exp(log_g)
+        kernel = ((1 + t * t / (spread * (n - 1))) / (1 + t * t / (n - 1))) ** (-n / 2)
+        return float(
+            kernel * spread**-0.5 * stats.invgamma.pdf(np.exp(log_g), 0.5, scale=0.5) * np.exp(log_g)
+        )
+
+    expected = sum(integrate.quad(density, low, low + 1)[0] for low in range(-8, 60))
+    assert bayes_factor(t, n) == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_bayes_factor_ends_where_floats_do() -> None:
+    assert bayes_factor(1e9, 200) == pytest.approx(1e300)

@@ -80,3 +80,10 @@ def test_a_comparison_over_all_levels_has_neither(writer: StudyWriter) -> None:
     results = of_everybody(writer, (8, 9, 10, 5, 6, 7), 3)
     assert results.interactions == ()
     assert results.trends == ()
+
+
+def test_people_who_share_an_interaction_have_no_f_and_an_exact_p(writer: StudyWriter) -> None:
+    """All of six people the same: their contrasts do not vary, in spite of rounding; 2 of 2^6 patterns."""
+    (found,) = of_everybody(writer, (9, 9, 10, 2, 5, 9), 6).interactions
+    assert (found.f, found.f_p) == (None, None)
+    assert found.sign_flip_p == 2 / 2**6

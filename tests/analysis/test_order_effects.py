@@ -114,6 +114,20 @@ def test_practice_from_session_to_session_is_found() -> None:
     assert effect.estimate == pytest.approx(0.4, abs=0.08)
 
 
+def test_sessions_are_in_the_order_of_their_numbers() -> None:
+    """Of twelve sessions named 1 to 12 the later are better; by the alphabet 10 to 12 would come second."""
+    rows = [
+        ("01", f"{session}", 1, trial, trial < session, "inner", 25.0)
+        for session in range(1, 13)
+        for trial in range(12)
+    ]
+    columns = ["participant", "session", "block", "trial", "felt", "clothing", "modulation_hz"]
+    table = pd.DataFrame(rows, columns=columns).assign(used=True, trial_type="stimulus")
+    trials = Trials(Design("test", None, (HZ, WORN), ()), table, True, (), ())
+    effect = {each.name: each for each in order_effects(trials)}["session"]
+    assert effect.estimate == pytest.approx(1 / 12)
+
+
 def test_without_any_effect_the_shuffles_find_one_in_twenty() -> None:
     """240 tests: the 99.9 % range around 12 of 240 is 2 to 24."""
     found = 0

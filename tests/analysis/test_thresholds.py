@@ -31,8 +31,7 @@ DESIGN = Design("made", None, (HZ, CLOTHING), (COMPARISON,), STAIRCASE)
 
 
 def trials_of(tracks: list[tuple[str, str, float, str, str]]) -> Trials:
-    """Trials from (participant, session, Hz, clothing, answers as + and -); levels as a staircase has "
-    "them."""
+    """Trials from (participant, session, Hz, clothing, answers as + and -), at a staircase's levels."""
     rows = []
     for participant, session, hz, clothing, felt in tracks:
         place = 3
@@ -249,3 +248,13 @@ def test_equal_thresholds_are_not_testable() -> None:
     assert at_50.paired_t is None
     assert at_50.interval is None
     assert at_50.sign_p is None
+
+
+def test_many_participants_have_an_exact_test() -> None:
+    """24 of 24 higher: no sum of the 2^24 sign patterns is larger, and one other is as large."""
+    found = made(
+        {f"{n} inner 50": -3.0 - n / 7 for n in range(24)} | {f"{n} both 50": -9.0 - n / 3 for n in range(24)}
+    )
+    at_50 = compared_thresholds(found, DESIGN)[0]
+    assert at_50.sign_flip is not None
+    assert at_50.sign_flip.p == 2 / 2**24

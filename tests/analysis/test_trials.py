@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 from analysis.trials import read_trials
+from autd_trials.cli import main
 from autd_trials.errors import UsageError
+from autd_trials.protocol.load import find_protocol
 from tests.analysis.conftest import CHEST_COUNTS, StudyWriter, chest_answer, chest_protocol
 
 
@@ -124,6 +126,24 @@ def test_protocols_of_different_factors_are_refused_with_their_files(writer: Stu
     assert str(writer.log("01")) in str(refused.value)
     assert str(writer.log("02")) in str(refused.value)
     assert "clothing" in str(refused.value)
+
+
+def test_protocols_of_different_methods_are_refused(tmp_path: Path) -> None:
+    """Staircases down after 2 and after 3 "felt" tell thresholds for different rates of it: no one thing."""
+    text = find_protocol("chest-threshold").read_text()
+    start = text.index("\nmethod:") + 1
+    end = text.index("\n\n", start)
+    for down in (2, 3):
+        method = (
+            "method:\n  kind: staircase\n  varies: drive\n"
+            "  range: {smallest: 0.1, largest: 1.0, levels: 21}\n"
+            f"  start: 1.0\n  felt_to_go_down: {down}"
+        )
+        path = tmp_path / f"{down}.yaml"
+        path.write_text(text[:start] + method + text[end:])
+        assert main(["run", str(path), "--simulate", "1", "--seed", "1", "--data", str(tmp_path)]) == 0
+    with pytest.raises(UsageError, match="different factors or methods"):
+        read_trials(tmp_path / "chest-threshold")
 
 
 def test_a_trial_that_is_complete_twice_is_refused_with_its_lines(chest: StudyWriter) -> None:

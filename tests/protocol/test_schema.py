@@ -119,6 +119,12 @@ MISTAKES = [
     (set_in("safety", "session_exposure_s")(59), "sum up to 60 s at full drive, which is over 59"),
     (set_in("comparisons", 0, "factor")("cloth"), "comparisons[0].factor: there is no factor 'cloth'"),
     (set_in("comparisons", 0, "at_each")("clothing"), "cannot be compared at each of its own levels"),
+    (
+        lambda data: data["comparisons"].append(
+            {**data["comparisons"][0], "first": "inner_outer", "second": "inner"}
+        ),
+        "comparisons[1]: this comparison is planned already, perhaps the other way round",
+    ),
     (set_in("comparisons", 0, "second")("inner"), "a level cannot be compared with itself"),
     (set_in("comparisons", 0, "first")("iner"), "there is no level of clothing 'iner'"),
     (set_in("name")("my study"), "name: is 'my study'"),

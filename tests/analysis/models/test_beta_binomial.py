@@ -83,3 +83,13 @@ def test_the_interval_covers_and_the_correlation_is_recovered() -> None:
         correlations.append(fit.correlation)
     assert covered >= 51  # of 57 expected; fewer has a chance below 1 %
     assert np.median(correlations) == pytest.approx(0.2, abs=0.06)
+
+
+def test_one_person_of_many_trials_among_others_of_few() -> None:
+    """The likelihood has a second, lower top where everybody is alike; SciPy's on a grid finds the higher."""
+    counts = [(500, 500), (0, 2), (0, 2), (0, 3)]
+    fit = fit_beta_binomial(counts)
+    assert fit is not None
+    correlations = np.linspace(0.001, 0.999, 999)
+    best = max(scipy_log_likelihood(counts, mean, correlations).max() for mean in np.linspace(0.01, 0.99, 99))
+    assert scipy_log_likelihood(counts, fit.mean, correlations).max() >= best - 1e-3

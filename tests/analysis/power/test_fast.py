@@ -42,3 +42,11 @@ def test_many_studies_go_through_in_parts() -> None:
     for row in (0, 2100, 4499):
         sums = np.abs(differences[row] @ signs)
         assert p[row] == pytest.approx((sums >= abs(differences[row].sum())).mean())
+
+
+def test_a_hundred_participants_are_as_exact() -> None:
+    differences = np.random.default_rng(2).integers(-20, 21, (2, 100))
+    for study, found in zip(differences, sign_flip_p(differences, 20), strict=True):
+        expected = sign_flip_test([Fraction(int(difference), 20) for difference in study])
+        assert expected is not None
+        assert found == pytest.approx(expected.p, abs=1e-10)
