@@ -4,6 +4,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from autd_trials.cli import main
@@ -25,6 +26,15 @@ def test_its_tables_are_made_from_its_logs(tmp_path: Path) -> None:
         if path.is_file() and "derivatives" not in path.parts and path.name != ".lock"
     }
     assert made == committed
+
+
+def test_its_results_are_made_from_its_tables(tmp_path: Path) -> None:
+    assert main(["analyse", str(EXAMPLE), "--out", str(tmp_path)]) == 0
+    committed = EXAMPLE / "derivatives" / "analysis"
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in committed.iterdir()}
+    for table in committed.glob("*.tsv"):
+        made, kept = (pd.read_csv(folder / table.name, sep="\t") for folder in (tmp_path, committed))
+        pd.testing.assert_frame_equal(made, kept, rtol=1e-5, obj=table.name)
 
 
 def test_it_is_a_valid_data_set() -> None:
