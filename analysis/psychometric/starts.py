@@ -15,7 +15,7 @@ _WIDTHS = np.array([[8.0, 3.0, 1.2], [0.5, 0.2, 0.06]])
 _FAR = np.array([0.5, 2.0, 8.0])
 """Distances of thresholds outside the levels, in half ranges."""
 
-_GUESSES, _LAPSES = (0.02, 0.12), (0.01, 0.1)
+_GUESSES, _LAPSES = (0.005, 0.06, 0.12, 0.19), (0.01, 0.1)
 
 
 def starting_points(problem: Problem, felt: Array) -> Array:

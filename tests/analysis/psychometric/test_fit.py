@@ -85,6 +85,21 @@ def test_guess_and_lapse_shared_or_free_against_a_global_search(core: Core, kind
         assert fitted.curves[0].guess == pytest.approx(found.x[4], abs=0.01)
 
 
+@pytest.mark.parametrize("felt", [(1, 0, 0), (0, 2, 0, 2)])
+def test_answers_that_guesses_may_explain_against_a_global_search(felt: Sequence[int]) -> None:
+    """There are several maxima: with guesses and hardly any rise, and with a rise and no guesses."""
+    rows = [(25.0 * 2**place, float(each), 10.0) for place, each in enumerate(felt)]
+    condition = answers(rows, OCTAVES, (0, 12))
+    fitted = fit([condition], Model(CORES["normal"], guess="free", lapse=0.02), OCTAVES)
+
+    def loss(x: np.ndarray) -> float:
+        return -log_likelihood(CORES["normal"], [condition], [x[0]], [x[1]], [x[2]], [0.02])
+
+    bounds = Bounds([-20.0, -3.0, 0.0], [40.0, 1.5, 0.2])
+    found = differential_evolution(loss, bounds, seed=1, tol=1e-10, maxiter=300, popsize=16)
+    assert fitted.log_likelihood >= -found.fun - 2e-4
+
+
 def test_fixed_rates_do_not_move_and_catch_trials_do_not_count_then() -> None:
     (one, _), (other, _) = (
         fit([each, OUTER], Model(guess=0.1, lapse=0.05), OCTAVES).curves
