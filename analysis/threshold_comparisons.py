@@ -98,7 +98,7 @@ def _compare(found: Sequence[Threshold], comparison: Comparison, at: Condition) 
         first=comparison.first,
         second=comparison.second,
         at=at,
-        differences_db=tuple((participant, float(difference)) for participant, difference in differences),
+        differences_db=tuple(differences),
         mean_db=float(statistics.mean(values)) if values else None,
         interval=t_interval([float(value) for value in values]),
         paired_t=paired_t_test(values),

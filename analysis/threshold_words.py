@@ -28,9 +28,9 @@ _ESTIMATES = {
 }
 _COMPARED = (
     "Thresholds were averaged over participants and compared within them in dB (20 log10 of the level), by a "
-    "paired t test and an exact sign-flip test; a threshold that lies beyond the levels is not told, and an "
-    "exact sign test counts which of two is higher. All tests are two-sided; p values were adjusted by "
-    "Holm's method for each kind of test."
+    "paired t test and an exact sign-flip test. Thresholds that the answers do not tell are left out, but an "
+    "exact sign test counts which of two is higher also where one seems to lie beyond the levels. All tests "
+    "are two-sided; p values were adjusted by Holm's method for each kind of test."
 )
 
 
@@ -114,6 +114,6 @@ def _rule(method: Method) -> str:
     factors = " and ".join(map(str, method.step_factors))
     return (
         f"a {kind} that began at {method.start:g}, with steps of {method.step_up} levels up and "
-        f"{method.step_down} down times {factors} (the next with each reversal), which settles where "
+        f"{method.step_down} down times {factors} (the next with each reversal), which balance where "
         f"{method.converges_to:.3g} of the trials are felt"
     )

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 RATE = 0.5
 """Thresholds are where the stimulus alone, guesses and lapses aside, is felt so often."""
 
-
 SURE = 0.9
 """How probable it must be that a threshold lies beyond the levels to be said to."""
 

@@ -84,7 +84,7 @@ class Staircase(_Method):
 
     @property
     def converges_to(self) -> float:
-        """The rate of "felt" around which it settles: where steps up and down are in balance."""
+        """The rate of "felt" at which steps up and down are in balance; unequal ones settle near it."""
         return float((self.step_up / (self.step_up + self.step_down)) ** (1 / self.felt_to_go_down))
 
     def faults(self) -> Iterator[InitErrorDetails]:
