@@ -1,7 +1,7 @@
-"""Mutated files through the commands that read them: no traceback, bounded time and memory, right exit codes.
+"""Mutated files through the commands that read them: no traceback, bounded time and memory, exit codes.
 
-``python tests/fuzz/inputs.py`` gives each kind of input 10,000 mutants and prints, for each kind, how often the
-command ended with which exit code, and every mutant that broke a rule; its exit code is then 1.
+``python tests/fuzz/inputs.py`` gives each kind of input 10,000 mutants and prints, for each kind, how often
+the command ended with which exit code, and the mutants that broke a rule; its exit code is then 1.
 """
 
 import argparse

@@ -11,17 +11,74 @@ HOSTILE: list[Any] = [
     *(None, True, False, 0, -1, 1, 2, 17, 0.5, 1e-9, -0.0, 1e18, 10**30, 1e308, float("nan"), float("inf")),
     *("", " ", "x", "inner", "chest", "sine", "no", "1:30", "010", "2026-11-22", "null", "NaN", "../../etc"),
     *("9999-12-31T23:59:59+00:00", "0001-01-01T00:00:00+00:00", "a" * 3000, "\x07", "\u202e", "\u0000"),
-    *("{", "- -", "!!python/object/apply:os.system ['true']", "&a *a", "%s%n", "💥", "rate", "=1+1", "1e-320"),
+    *(
+        "{",
+        "- -",
+        "!!python/object/apply:os.system ['true']",
+        "&a *a",
+        "%s%n",
+        "💥",
+        "rate",
+        "=1+1",
+        "1e-320",
+    ),
     *([], {}, [[]], [1, "a"], ["inner"], {"x_mm": 1}, {"levels": [1, 2]}, {"levels": []}, [None], {"": 1}),
     [25, 50],
     list(range(300)),
 ]
 CELLS = [
-    *("", " ", "nan", "inf", "-inf", "1e308", "-1e308", "1e-320", "0", "-0", "0,5", "1.000,5", "1 000", "0x10"),
-    *("n/a", "NA", "x", "١٢", "9" * 400, "a" * 140_000, '"', "'", "=1+1", "\x00", "\ufeff", "\u202e", "\x1b[2J"),
+    *(
+        "",
+        " ",
+        "nan",
+        "inf",
+        "-inf",
+        "1e308",
+        "-1e308",
+        "1e-320",
+        "0",
+        "-0",
+        "0,5",
+        "1.000,5",
+        "1 000",
+        "0x10",
+    ),
+    *(
+        "n/a",
+        "NA",
+        "x",
+        "١٢",
+        "9" * 400,
+        "a" * 140_000,
+        '"',
+        "'",
+        "=1+1",
+        "\x00",
+        "\ufeff",
+        "\u202e",
+        "\x1b[2J",
+    ),
 ]
 SPLINTERS = [
-    *("\t", "  ", "\n", "\r", ":", "- ", "#", "'", '"', "{", "]", "&x ", "*x", "? ", "? ? ? ", "!!int ", "---\n"),
+    *(
+        "\t",
+        "  ",
+        "\n",
+        "\r",
+        ":",
+        "- ",
+        "#",
+        "'",
+        '"',
+        "{",
+        "]",
+        "&x ",
+        "*x",
+        "? ",
+        "? ? ? ",
+        "!!int ",
+        "---\n",
+    ),
     *("\x00", "é", "\ufeff", ",", ";", "\u2028", "\x85", "|", ">", "%", "@", "`", "<<: *x\n", "1e999"),
 ]
 Change = Callable[[random.Random, Any], None]
@@ -138,7 +195,9 @@ def _remove(chance: random.Random, data: Any) -> None:
 def _rename(chance: random.Random, data: Any) -> None:
     parent, key = _parent_and_key(chance, data)
     if parent and isinstance(parent, dict):
-        name = chance.choice([f"{key}x", str(key)[:-1], "target", "name", "modulation_hz", "rate", "Trial", ""])
+        name = chance.choice(
+            [f"{key}x", str(key)[:-1], "target", "name", "modulation_hz", "rate", "Trial", ""]
+        )
         parent[name] = parent.pop(key)
 
 

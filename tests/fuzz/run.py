@@ -1,4 +1,4 @@
-"""Deep random runs, outside CI: every property over new examples, then mutated files, until the time is over."""
+"""Deep random runs, outside CI: all properties over new examples, and mutated files, in rounds."""
 
 import argparse
 import random
@@ -19,14 +19,24 @@ def main() -> int:
     while not rounds or time.monotonic() < end_s:
         seed = random.SystemRandom().randrange(2**31)
         print(f"round {rounds + 1}, seed {seed}", flush=True)
-        failed += sum(subprocess.run(command, cwd=_ROOT, check=False).returncode != 0 for command in _round(seed))
+        failed += sum(
+            subprocess.run(command, cwd=_ROOT, check=False).returncode != 0 for command in _round(seed)
+        )
         rounds += 1
     print(f"{rounds} rounds, {failed} failed commands")
     return 1 if failed else 0
 
 
 def _round(seed: int) -> list[list[str]]:
-    properties = ["-m", "hypothesis", "--hypothesis-profile=random", f"--hypothesis-seed={seed}", "-n", "auto", "-q"]
+    properties = [
+        "-m",
+        "hypothesis",
+        "--hypothesis-profile=random",
+        f"--hypothesis-seed={seed}",
+        "-n",
+        "auto",
+        "-q",
+    ]
     return [
         [sys.executable, "-m", "pytest", *properties],
         [sys.executable, "tests/fuzz/inputs.py", "--seed", str(seed), "--mutants", "1000"],

@@ -58,7 +58,11 @@ def tracks() -> tuple[str, str]:
 @cache
 def scan() -> str:
     """Return a small microphone scan."""
-    rows = (f"{x},225,{z},{1000 - 5 * abs(x - 300) - abs(z - 1000)}\n" for x in range(280, 321, 5) for z in (990, 1000))
+    rows = (
+        f"{x},225,{z},{1000 - 5 * abs(x - 300) - abs(z - 1000)}\n"
+        for x in range(280, 321, 5)
+        for z in (990, 1000)
+    )
     return "x_mm,y_mm,z_mm,p_pa\n" + "".join(rows)
 
 
@@ -87,12 +91,17 @@ def read_answers(path: Path) -> object:
 def box_protocols() -> Sequence[BoxProtocol]:
     """Return a protocol of each kind of serial box."""
     adapter: TypeAdapter[BoxProtocol] = TypeAdapter(BoxProtocol)
-    kinds = ({"kind": "line"}, {"kind": "single_byte", "buttons": {"a": "left", "0x42": "right"}}, {"kind": "xid"})
+    kinds = (
+        {"kind": "line"},
+        {"kind": "single_byte", "buttons": {"a": "left", "0x42": "right"}},
+        {"kind": "xid"},
+    )
     return [adapter.validate_python(kind) for kind in kinds]
 
 
 def serial(chance: random.Random) -> Sequence[bytes]:
     """Return a stretch of what boxes of each kind send."""
     return [
-        chance.choice([b"B1 %d\r\n" % n, b"a", b"B", b"k\x10" + n.to_bytes(4, "little"), b"\r\n"]) for n in range(100)
+        chance.choice([b"B1 %d\r\n" % n, b"a", b"B", b"k\x10" + n.to_bytes(4, "little"), b"\r\n"])
+        for n in range(100)
     ]
