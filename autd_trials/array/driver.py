@@ -2,27 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
-Waveform = Literal["sine", "square", "constant"]
-ForceLaw = Literal["amplitude", "pressure"]
+from pydantic import Field
+
+from autd_trials.stimulus import StimulusFields
 
 
-@dataclass(frozen=True)
-class Stimulus:
-    """One finite burst at one focus; `target_mm` in the calibrated frame, `drive` and `depth` 0..1.
+class Stimulus(StimulusFields):
+    """One finite burst at one focus.
 
     A drive of 0 is a catch trial: the driver does everything as ever, and nothing is emitted.
     """
 
-    target_mm: tuple[float, float, float]
-    duration_s: float
-    modulation_hz: float
-    waveform: Waveform
-    depth: float
-    drive: float
-    force_law: ForceLaw
-    ramp_s: float
+    target_mm: tuple[float, float, float] = Field(description="The focus in mm in the calibrated frame.")
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,12 @@ from autd_trials.array import envelope
 from autd_trials.array.backend import START_GRID_NS, Backend, Burst, DeviceStates, StartRefusedError
 from autd_trials.array.driver import ArrayInfo, Completion, Exposure, Health, Onset, Stimulus
 from autd_trials.array.ears import EarWatch
-from autd_trials.array.emission import FULL_INTENSITY
 from autd_trials.array.focus import focus_phases
 from autd_trials.array.geometry import UnitPose, device_poses, transducer_positions_mm
-from autd_trials.array.limits import ExposureMeter, Limits, exposure_s, refuse_out_of_reach
+from autd_trials.array.limits import ExposureMeter, refuse_out_of_reach
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError, UsageError
+from autd_trials.stimulus import DRIVE_STEPS, SMALLEST_DRIVE, Limits, exposure_s
 
 _SHORTEST_SEND_LEAD_S, _LONGEST_SEND_LEAD_S = 0.05, 1.0
 _ALLOWANCE_S = 0.1  # a host that is late by less than this does not delay the onset
@@ -107,7 +107,7 @@ class PhasedArray:
         """Refuse what could not be emitted one after the other under the limits.
 
         The share of on-time depends on the onsets, which are not known here; `start` watches over it, and
-        `autd_trials.array.limits.largest_duty` tells it for a planned schedule.
+        `autd_trials.stimulus.largest_duty` tells it for a planned schedule.
         """
         for stimulus in dict.fromkeys(stimuli):
             self._burst(stimulus)
@@ -277,12 +277,11 @@ def _intensity(drive: float) -> int:
     """Return the intensity byte; the pressure amplitude is proportional to it."""
     if not 0 <= drive <= 1:
         raise UsageError(f"the stimulus's drive is {drive}", do="make drive 0 to 1")
-    intensity = round(FULL_INTENSITY * drive)
+    intensity = round(DRIVE_STEPS * drive)
     if drive > 0 and intensity == 0:
-        smallest = 1 / FULL_INTENSITY
         raise UsageError(
             f"the stimulus's drive of {drive} is too small for the devices",
-            do=f"make drive 0 (nothing is emitted) or at least {smallest:.4f}",
+            do=f"make drive 0 (nothing is emitted) or at least {SMALLEST_DRIVE:.4f}",
         )
     return intensity
 

@@ -76,13 +76,14 @@ def _warn(facts: dict[str, Any]) -> None:
 
 def _facts(study: "Study", plan: "Plan", ear_level_db: float | None) -> dict[str, Any]:
     from autd_trials.console.status import time_left_s
+    from autd_trials.stimulus import exposure_s, total_exposure_s
 
     rig, protocol = study.loaded_rig, study.protocol
     limits_s = {
         "rig": rig.rig.array.limits.session_exposure_s,
         "protocol": protocol.safety.session_exposure_s,
     }
-    exposure_s = sum(t.stimulus.drive**2 * t.stimulus.duration_s for t in plan.trials)
+    planned_s = total_exposure_s(trial.stimulus for trial in plan.trials)
     return {
         "protocol": protocol.name,
         "rig": rig.rig.name,
@@ -92,8 +93,8 @@ def _facts(study: "Study", plan: "Plan", ear_level_db: float | None) -> dict[str
         "trials": len(plan.trials),
         "catch trials": sum(trial.trial_type == "catch" for trial in plan.trials),
         "minutes at least": round(time_left_s(plan, protocol.timing, completed=0) / 60, 1),
-        "exposure_s": round(exposure_s, 6),
-        "exposure of a trial_s": max(t.stimulus.drive**2 * t.stimulus.duration_s for t in plan.trials),
+        "exposure_s": round(planned_s, 6),
+        "exposure of a trial_s": max(exposure_s(trial.stimulus) for trial in plan.trials),
         "exposure limit_s": min(limits_s.values()),
         "exposure limit of": min(limits_s, key=lambda name: limits_s[name]),
         "ear level_db": None if ear_level_db is None else round(ear_level_db, 1),

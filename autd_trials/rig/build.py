@@ -9,7 +9,6 @@ from autd_trials.protocol.schema import Protocol
 from autd_trials.rig.load import LoadedRig
 from autd_trials.rig.schema import (
     EmulatedSoundSpec,
-    LimitsSpec,
     NetworkLinkSpec,
     RealSoundSpec,
     Rig,
@@ -21,11 +20,9 @@ if TYPE_CHECKING:
     from autd_trials.array.driver import ArrayDriver
     from autd_trials.array.ears import EarWatch
     from autd_trials.array.geometry import UnitPose
-    from autd_trials.array.limits import Limits
     from autd_trials.masking.level import Headphones
     from autd_trials.masking.masker import Masker
     from autd_trials.participants.simulated import SimulatedParticipant
-    from autd_trials.protocol.schema import Safety
     from autd_trials.responses.responder import Responder
     from autd_trials.terminal import Terminal
 
@@ -93,7 +90,7 @@ class Builder:
         return PhasedArray(
             units,
             VirtualBackend(self.clock) if self.virtual else Autd3Backend(real, self.clock),
-            _limits(self.rig.array.limits).and_also(_limits(self.protocol.safety)),
+            self.rig.array.limits.and_also(self.protocol.safety),
             self.clock,
             speed_of_sound_m_s=self.rig.air.speed_of_sound_m_s,
             exposure_used_s=exposure_used_s,
@@ -177,17 +174,6 @@ class Builder:
         if isinstance(spec, SerialSpec):
             return SerialBox(spec.port, spec.protocol, self.clock)
         return KeyboardResponder(terminal, spec.keys)
-
-
-def _limits(spec: "LimitsSpec | Safety") -> "Limits":
-    from autd_trials.array.limits import Limits
-
-    return Limits(
-        largest_drive=spec.largest_drive,
-        longest_burst_s=spec.longest_burst_s,
-        largest_duty=spec.largest_duty,
-        session_exposure_s=spec.session_exposure_s,
-    )
 
 
 def _headphones(sound: EmulatedSoundSpec | RealSoundSpec | None) -> "Headphones | None":

@@ -5,15 +5,14 @@ Times `t_s` are seconds since the session's start, on one axis also across a res
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from autd_trials.model import Model
 from autd_trials.protocol.plan import Plan, TrialType
 from autd_trials.protocol.schema import Level, Protocol
 
 
-class _Event(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
+class _Event(Model):
     t_s: float
     utc: str
 

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from autd_trials.array.driver import Stimulus
 from autd_trials.array.geometry import UnitPose
-from autd_trials.array.limits import Limits
 from autd_trials.clock import VirtualClock
+from autd_trials.stimulus import Limits
 
 MakeStimulus = Callable[..., Stimulus]
 TARGET_MM = (302.0, 225.0, 1000.0)
@@ -43,7 +43,7 @@ def make_stimulus() -> MakeStimulus:
             "force_law": "amplitude",
             "ramp_s": 0.005,
         }
-        return Stimulus(**{**usual, **changes})
+        return Stimulus(**usual).model_copy(update=changes)  # unvalidated: the array refuses by itself
 
     return make
 

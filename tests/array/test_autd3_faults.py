@@ -20,11 +20,11 @@ from autd_trials.array.commands import command_to_silence, commands_to_open
 from autd_trials.array.driver import Stimulus
 from autd_trials.array.emulator import Emulator
 from autd_trials.array.geometry import UnitPose, device_poses
-from autd_trials.array.limits import Limits
 from autd_trials.array.link import EmulatorLink, Link, NetworkLink
 from autd_trials.array.phased_array import PhasedArray
 from autd_trials.clock import RealClock
 from autd_trials.errors import DeviceError
+from autd_trials.stimulus import Limits
 
 MakeStimulus = Callable[..., Stimulus]
 MakeArray = Callable[[Link], PhasedArray]

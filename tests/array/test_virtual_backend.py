@@ -9,11 +9,11 @@ from autd_trials.array import envelope
 from autd_trials.array.driver import Stimulus
 from autd_trials.array.focus import focus_phases
 from autd_trials.array.geometry import UnitPose, transducer_positions_mm
-from autd_trials.array.limits import Limits
 from autd_trials.array.phased_array import PhasedArray
 from autd_trials.array.virtual_backend import VirtualBackend
 from autd_trials.clock import VirtualClock
 from autd_trials.errors import DeviceError, UnsafeError, UsageError
+from autd_trials.stimulus import Limits
 
 MakeStimulus = Callable[..., Stimulus]
 STEP_NS = 25_000
@@ -178,9 +178,13 @@ def test_a_drive_too_small_to_be_emitted_is_refused(array: PhasedArray, make_sti
 
 
 def test_too_many_bursts_in_a_minute_are_refused_and_not_emitted(
-    units: list[UnitPose], backend: VirtualBackend, virtual_clock: VirtualClock, make_stimulus: MakeStimulus
+    units: list[UnitPose],
+    backend: VirtualBackend,
+    virtual_clock: VirtualClock,
+    make_stimulus: MakeStimulus,
+    limits: Limits,
 ) -> None:
-    strict = Limits(1.0, 2.0, largest_duty=1.5 / 60, session_exposure_s=100.0)
+    strict = limits.model_copy(update={"largest_duty": 1.5 / 60})
     array = PhasedArray(units, backend, strict, virtual_clock, speed_of_sound_m_s=343.2)
     array.open()
     array.arm(make_stimulus())

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from autd_trials.array.geometry import UnitPose
-from autd_trials.array.limits import Limits
 from autd_trials.array.phased_array import PhasedArray
 from autd_trials.array.virtual_backend import VirtualBackend
 from autd_trials.clock import VirtualClock
@@ -33,6 +32,7 @@ from autd_trials.session.interrupts import Interrupts
 from autd_trials.session.operator import ConfirmedBy, Decision
 from autd_trials.session.recorder import Listener, Recorder
 from autd_trials.session.runner import SessionRunner, Standing
+from autd_trials.stimulus import Limits
 
 WINDOW_S = 2.5
 PAUSE_S = 1.5
@@ -130,7 +130,8 @@ class Stage:
 
     def run(self, standing: Standing | None = None) -> list[Event]:
         units = [UnitPose("unit 1", np.eye(3), np.zeros(3))]
-        array = PhasedArray(units, self.backend, Limits(1, 2, 1, 1000), self.clock, speed_of_sound_m_s=343.0)
+        limits = Limits(largest_drive=1, longest_burst_s=2, largest_duty=1, session_exposure_s=1000)
+        array = PhasedArray(units, self.backend, limits, self.clock, speed_of_sound_m_s=343.0)
         devices = Devices(array, self.masker, self.responder)
         devices.open()
         try:
