@@ -5,51 +5,13 @@ from typing import TYPE_CHECKING
 
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from autd_trials.protocol.conditions import Location, level_text
+from autd_trials.protocol.conditions import Location
+from autd_trials.tables import RESERVED_NAMES, level_text
 from autd_trials.yamlfile import did_you_mean
 
 if TYPE_CHECKING:
     from autd_trials.protocol.schema import Factor, Masking, Order, StimulusSpec, Timing
 
-RESERVED_NAMES = frozenset(
-    {
-        "attempt",
-        "block",
-        "channel",
-        "duration",
-        "ear_level",
-        "emitting_after",
-        "emulated",
-        "exposure_s",
-        "hed",
-        "masking",
-        "onset",
-        "onset_lateness",
-        "participant",
-        "participant_id",
-        "pause_before_s",
-        "place",
-        "presses_before_onset",
-        "presses_in_window",
-        "presses_late",
-        "response",
-        "response_time",
-        "run",
-        "sample",
-        "seed",
-        "session",
-        "silent_before",
-        "simulated",
-        "start_margin",
-        "stim_file",
-        "trial",
-        "trial_status",
-        "trial_type",
-        "underruns",
-        "value",
-    }
-)
-"""Columns of the plan's and the records' tables, and what BIDS gives a meaning of its own."""
 _MISSING_WORDS = frozenset({"NA", "NaN", "nan", "None", "NULL", "Null", "null", "Inf", "inf"})
 ROUNDING = 1 + 1e-9
 """Sums of decimal fractions may come out this much larger than they are."""

@@ -26,15 +26,6 @@ class _Ends:
     levels: tuple[float, float]
 
 
-def level_text(level: "Level") -> str:
-    """Return a level as tables and YAML keys spell it: whole numbers without a decimal point.
-
-    >>> level_text(25.0), level_text(0.5), level_text("inner")
-    ('25', '0.5', 'inner')
-    """
-    return str(int(level)) if isinstance(level, float) and level.is_integer() else str(level)
-
-
 def combinations(factors: Mapping[str, HasLevels]) -> Iterator[dict[str, "Level"]]:
     """Yield every combination of the factors' levels in declared order; one empty one without factors."""
     for levels in itertools.product(*(factor.levels for factor in factors.values())):

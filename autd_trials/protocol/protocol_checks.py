@@ -14,10 +14,10 @@ from autd_trials.protocol.conditions import (
     combinations,
     fields_varied,
     level_location,
-    level_text,
     values,
 )
 from autd_trials.protocol.safety_checks import safety_faults
+from autd_trials.tables import level_text
 
 if TYPE_CHECKING:
     from autd_trials.protocol.schema import Comparison, Factor, Level, Protocol

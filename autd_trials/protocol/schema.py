@@ -14,6 +14,7 @@ from autd_trials.protocol import checks, protocol_checks
 from autd_trials.protocol.method import Method
 from autd_trials.protocol.model import Model
 from autd_trials.stimulus import Fraction, Limits, StimulusFields
+from autd_trials.tables import spelled_levels
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
 Text = Annotated[str, Field(pattern=r"\S", max_length=10_000)]
@@ -22,7 +23,8 @@ Word = Annotated[
 ]
 Level = float | Word
 """A factor's level: a number (of a stimulus quantity) or a word (a condition that a person arranges)."""
-LevelSentences = dict[Annotated[str, Field(max_length=40)], Text]
+LevelSentences = Annotated[dict[Annotated[str, Field(max_length=40)], Text], AfterValidator(spelled_levels)]
+"""A sentence per level, by the level's one spelling: 5e-05 and 0.00005 are the same key."""
 Coordinate = Annotated[float, Field(ge=-10_000, le=10_000)]
 
 

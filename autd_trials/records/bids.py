@@ -8,15 +8,14 @@ from autd_trials.records.dataset import (
     PARTICIPANT_COLUMNS,
     changes_text,
     dataset_description,
-    participant_row,
     task_description,
 )
-from autd_trials.records.disk import replace_text
+from autd_trials.records.disk import json_text, replace_text
 from autd_trials.records.readme import readme_text
 from autd_trials.records.sessions import StudySession, never_begun, study_sessions
-from autd_trials.records.sessions_table import SESSION_COLUMNS, session_row
-from autd_trials.records.table import describe, json_text, tsv
+from autd_trials.records.sessions_table import SESSION_COLUMNS
 from autd_trials.records.trials_table import trial_columns, trial_rows
+from autd_trials.tables import describe, tsv
 
 
 def export_study(study: Path) -> list[Path]:
@@ -58,12 +57,11 @@ def export_study(study: Path) -> list[Path]:
 
 
 def _study_texts(study: Path, sessions: list[StudySession]) -> dict[Path, str]:
-    people = [participant_row(group) for group in _by_participant(sessions)]
     return {
         study / "dataset_description.json": json_text(dataset_description(sessions)),
         study / "README.md": readme_text(sessions, never_begun(study)),
         study / "CHANGES": changes_text(sessions),
-        study / "participants.tsv": tsv(PARTICIPANT_COLUMNS, people),
+        study / "participants.tsv": tsv(PARTICIPANT_COLUMNS, _by_participant(sessions)),
         study / "participants.json": json_text(describe(PARTICIPANT_COLUMNS)),
     }
 
@@ -74,7 +72,7 @@ def _session_texts(study: Path, sessions: list[StudySession]) -> dict[Path, str]
     texts: dict[Path, str] = {}
     for group in _by_participant(sessions):
         name = f"sub-{group[0].paths.participant}"
-        texts[study / name / f"{name}_sessions.tsv"] = tsv(SESSION_COLUMNS, map(session_row, group))
+        texts[study / name / f"{name}_sessions.tsv"] = tsv(SESSION_COLUMNS, group)
         texts[study / name / f"{name}_sessions.json"] = json_text(describe(SESSION_COLUMNS))
         for session in group:
             if rows := trial_rows(session.log):

@@ -1,7 +1,10 @@
 """Text files that are either old or new, never half."""
 
+import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from autd_trials.host import sync_folder
 
@@ -25,3 +28,8 @@ def replace_text(path: Path, text: str) -> None:
     finally:
         half.unlink(missing_ok=True)
     sync_folder(path.parent)
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """Return a JSON file's text."""
+    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
