@@ -14,6 +14,7 @@ from rich.text import Text
 from autd_trials.clock import Clock
 from autd_trials.console.status import Phase, Status, fold
 from autd_trials.session.events import Event
+from autd_trials.tables import level_text
 
 _PHASE_STYLES: dict[Phase, str] = {
     "stimulus": "black on yellow",
@@ -133,11 +134,12 @@ def _block_words(status: Status) -> str:
     assert status.start is not None
     if status.block == 0:
         return ""
-    return ", ".join(str(level) for level in status.start.plan.blocks[status.block - 1].conditions.values())
+    return ", ".join(map(level_text, status.start.plan.blocks[status.block - 1].conditions.values()))
 
 
 def _condition(status: Status) -> str:
-    levels = ", ".join(f"{name} {level}" for name, level in status.conditions.items() if level is not None)
+    told = {name: level for name, level in status.conditions.items() if level is not None}
+    levels = ", ".join(f"{name} {level_text(level)}" for name, level in told.items())
     return f"{status.trial_type}: {levels}" if status.trial_type else ""
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from autd_trials.protocol.plan import Plan, PlannedTrial
-from autd_trials.protocol.schema import Timing
+from autd_trials.protocol.schema import Level, Timing
 from autd_trials.session.events import (
     BlockStart,
     Event,
@@ -41,7 +41,7 @@ class Status:
     block_ended: bool = False
     trial: int = 0
     trial_type: str = ""
-    conditions: dict[str, object] = field(default_factory=dict)
+    conditions: dict[str, Level | None] = field(default_factory=dict)
     completed: int = 0
     felt_in_block: int = 0
     trials_in_block: int = 0

@@ -1,6 +1,6 @@
 """The table of trials of a session (``_events.tsv``): one row for every attempt at a trial."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from autd_trials.errors import UsageError
@@ -9,7 +9,7 @@ from autd_trials.protocol.schema import Factor, Level, Protocol, StimulusSpec
 from autd_trials.records.columns import simulated_column, to_us
 from autd_trials.records.log import LogContents
 from autd_trials.session.events import Event, ResponseMade, StimulusStart, TrialEnd, TrialStart
-from autd_trials.tables import Column, Value, level_text, require_reserved
+from autd_trials.tables import Column, level_text, of, require_reserved
 
 _UNITS = {"_hz": "Hz", "_s": "s", "_mm": "mm", "_db": "dB", "_pa": "Pa"}
 
@@ -128,12 +128,12 @@ def _described_levels(factor: Factor) -> dict[str, str]:
     return {level: factor.describe.get(level, level) for level in spelled}
 
 
-def _of_stimulus(get: Callable[[StimulusStart], Value]) -> Callable[[Attempt], Value]:
-    return lambda attempt: None if attempt.stimulus is None else get(attempt.stimulus)
+def _stimulus(attempt: Attempt) -> StimulusStart | None:
+    return attempt.stimulus
 
 
-def _of_end(get: Callable[[TrialEnd], Value]) -> Callable[[Attempt], Value]:
-    return lambda attempt: None if attempt.end is None else get(attempt.end)
+def _end(attempt: Attempt) -> TrialEnd | None:
+    return attempt.end
 
 
 _LEADING: tuple[Column[Attempt], ...] = (
@@ -201,7 +201,7 @@ _TRAILING: tuple[Column[Attempt], ...] = (
     Column(
         "response",
         "The answer; n/a for an interrupted attempt.",
-        _of_end(lambda end: end.response),
+        of(_end, lambda end: end.response),
         levels={
             "felt": "A press within the response window.",
             "not_felt": "No press within the response window.",
@@ -210,31 +210,31 @@ _TRAILING: tuple[Column[Attempt], ...] = (
     Column(
         "response_time",
         "From the onset to the first press within the response window.",
-        _of_end(lambda end: to_us(end.response_time_s)),
+        of(_end, lambda end: to_us(end.response_time_s)),
         units="s",
     ),
     Column(
         "onset_lateness",
         "Actual onset minus planned onset.",
-        _of_stimulus(lambda stimulus: to_us(stimulus.onset_t_s - stimulus.planned_onset_t_s)),
+        of(_stimulus, lambda stimulus: to_us(stimulus.onset_t_s - stimulus.planned_onset_t_s)),
         units="s",
     ),
     Column(
         "start_margin",
         "What was left between the moment at which the array had accepted the start command and the onset.",
-        _of_stimulus(lambda stimulus: to_us(stimulus.margin_s)),
+        of(_stimulus, lambda stimulus: to_us(stimulus.margin_s)),
         units="s",
     ),
     Column(
         "silent_before",
         "How long before the onset the array was last read back as silent.",
-        _of_end(lambda end: to_us(end.silent_before_s)),
+        of(_end, lambda end: to_us(end.silent_before_s)),
         units="s",
     ),
     Column(
         "emitting_after",
         "How long after the onset the array was first read back as emitting.",
-        _of_end(lambda end: to_us(end.emitting_after_s)),
+        of(_end, lambda end: to_us(end.emitting_after_s)),
         units="s",
     ),
     Column(
@@ -260,10 +260,10 @@ _TRAILING: tuple[Column[Attempt], ...] = (
         "ear_level",
         "Predicted largest sound pressure level at the ears (free field, linear theory, less the hearing "
         "protection); n/a where nothing was emitted or the head's place was not given.",
-        _of_stimulus(lambda stimulus: stimulus.ear_level_db),
+        of(_stimulus, lambda stimulus: stimulus.ear_level_db),
         units="dB",
     ),
-    Column("underruns", "Gaps in the masking noise during the trial.", _of_end(lambda end: end.underruns)),
+    Column("underruns", "Gaps in the masking noise during the trial.", of(_end, lambda end: end.underruns)),
     simulated_column(lambda attempt: attempt.simulated),
 )
 

@@ -1,6 +1,6 @@
 """Delimited text: one strict reader, one strict writer, columns declared once, one spelling of a number."""
 
-from autd_trials.tables.columns import Column, cells, describe, tsv
+from autd_trials.tables.columns import Column, cells, describe, of, tsv
 from autd_trials.tables.reading import Quantity, Table, read_quantities, read_table
 from autd_trials.tables.reserved import RESERVED_NAMES, require_reserved
 from autd_trials.tables.spelling import (
@@ -26,6 +26,7 @@ __all__ = [
     "describe",
     "level_text",
     "number",
+    "of",
     "read_quantities",
     "read_table",
     "require_reserved",

@@ -8,6 +8,7 @@ from autd_trials.tables.spelling import Value, cell_text
 
 Row = TypeVar("Row", contravariant=True)
 Of = TypeVar("Of")
+Part = TypeVar("Part")
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,16 @@ def cells(columns: Iterable[Column[Of]], row: Of) -> dict[str, Value]:
 def describe(columns: Iterable[Column[Any]]) -> dict[str, Any]:
     """Return the part of a BIDS sidecar that describes columns."""
     return {column.name: _description(column) for column in columns}
+
+
+def of(part: Callable[[Of], Part | None], get: Callable[[Part], Value]) -> Callable[[Of], Value]:
+    """Return how a value is got from a part of a row; it is missing where the part is."""
+
+    def value(row: Of) -> Value:
+        found = part(row)
+        return None if found is None else get(found)
+
+    return value
 
 
 def _quoted(text: str) -> str:

@@ -84,6 +84,8 @@ class Table:
         The cells of every row as they are written.
     lines
         The number of the line in which each row begins, from 1.
+    header_line
+        The same of the names.
     """
 
     path: Path
@@ -92,6 +94,11 @@ class Table:
     rows: Sequence[Sequence[str]]
     lines: Sequence[int]
     header_line: int = 1
+
+    @property
+    def where_header(self) -> str:
+        """The place of the names, for a message."""
+        return f"{self.path}:{self.header_line}"
 
     def where(self, row: int) -> str:
         """Return a row's place for a message; rows are counted from 0."""
@@ -103,7 +110,7 @@ class Table:
         if missing:
             raise UsageError(
                 f"the columns {', '.join(missing)} are missing; there are {_listed(self.header)}",
-                where=f"{self.path}:{self.header_line}",
+                where=self.where_header,
                 do=f"name them {', '.join(names)}" + (f": {advice}" if advice else ""),
             )
 
