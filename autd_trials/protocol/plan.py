@@ -5,15 +5,15 @@ from typing import Literal
 
 from autd_trials.errors import UsageError
 from autd_trials.model import Model
-from autd_trials.protocol.conditions import combinations, level_text, names_varied
+from autd_trials.protocol.conditions import combinations, names_varied
 from autd_trials.protocol.latin_square import balanced_rows
 from autd_trials.protocol.order import random_order
 from autd_trials.protocol.randomness import Draws
 from autd_trials.protocol.schema import Factor, Level, Protocol, StimulusSpec
+from autd_trials.tables import level_text
 
 TrialType = Literal["stimulus", "catch"]
 
-_MICRO = 1_000_000
 _Kind = dict[str, Level] | None
 """The levels of the factors within a block that tell a kind of trial from another; None is a catch trial."""
 
@@ -132,7 +132,7 @@ def _blocks(protocol: Protocol, place: int, session: int, seed: int) -> list[Pla
 
 
 def _descriptions(factors: dict[str, Factor], conditions: dict[str, Level]) -> tuple[str, ...]:
-    sentences = (factors[name].describe.get(level_text(level)) for name, level in conditions.items())
+    sentences = (factors[name].sentences.get(level_text(level)) for name, level in conditions.items())
     return tuple(sentence for sentence in sentences if sentence is not None)
 
 
@@ -174,11 +174,8 @@ def _run_group(kind: _Kind, run_of: str | None) -> str:
 
 def _pause_before_s(protocol: Protocol, draws: Draws) -> float:
     """Draw a pause, even over the whole microseconds from the shortest to the longest."""
-    shortest, longest = (
-        round(protocol.timing.pause_min_s * _MICRO),
-        round(protocol.timing.pause_max_s * _MICRO),
-    )
-    return (shortest + draws.below(longest - shortest + 1)) / _MICRO
+    shortest, longest = protocol.timing.pauses_us
+    return (shortest + draws.below(longest - shortest + 1)) / 1e6
 
 
 def _trial(

@@ -3,11 +3,11 @@ from pathlib import Path
 import pytest
 
 from autd_trials.errors import UsageError
-from autd_trials.protocol.checks import RESERVED_NAMES
 from autd_trials.protocol.schema import Factor, Factors
 from autd_trials.records.log import LogContents
 from autd_trials.records.table import Value, cell, describe, tsv
 from autd_trials.records.trials_table import trial_columns, trial_rows
+from autd_trials.tables import RESERVED_NAMES
 from tests.records.conftest import SessionScript, make_protocol
 
 
