@@ -377,17 +377,20 @@ def _first_refused(
     if not bad.any():
         return None
     row = int(bad.argmax())
-    text, value = _shown(texts[row]), values[row]
-    if not finite[row]:
-        what = f"{column.name} is {text}, which is not a finite number" if text else f"{column.name} is empty"
+    text, value = _shortened(texts[row]), values[row]
+    what = f"{column.name} is {text}"
+    if not text:
+        what = f"{column.name} is empty"
+    elif not finite[row]:
+        what = f"{column.name} is {text!r}, which is not a finite number"
     elif value < column.least:
-        what = f"{column.name} is {text}, but must be at least {level_text(column.least)}"
+        what += f", but must be at least {level_text(column.least)}"
     elif value > column.largest:
-        what = f"{column.name} is {text}, but must be at most {level_text(column.largest)}"
+        what += f", but must be at most {level_text(column.largest)}"
     elif column.whole and value % 1:
-        what = f"{column.name} is {text}, but must be a whole number"
+        what += ", but must be a whole number"
     else:
-        what = f"{column.name} is {text} after {_shown(texts[row - 1])}, but must rise"
+        what += f" after {_shortened(texts[row - 1])}, but must rise"
     return row, what
 
 
@@ -399,13 +402,11 @@ def _pointed(texts: Sequence[str]) -> list[str]:
     return [text.replace(",", ".") if _DECIMAL_COMMA.fullmatch(text.strip()) else text for text in texts]
 
 
-def _shown(text: str) -> str:
-    spelled = text.strip()
-    short = spelled if len(spelled) <= _LONGEST_SHOWN else f"{spelled[:_LONGEST_SHOWN]}..."
-    return repr(short) if short else ""
-
-
 def _listed(names: Sequence[str]) -> str:
-    return ", ".join(_shown(name)[1:-1] for name in names[:_MOST_LISTED]) + (
-        f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
-    )
+    more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
+    return ", ".join(map(_shortened, names[:_MOST_LISTED])) + more
+
+
+def _shortened(text: str) -> str:
+    spelled = text.strip()
+    return spelled if len(spelled) <= _LONGEST_SHOWN else f"{spelled[:_LONGEST_SHOWN]}..."

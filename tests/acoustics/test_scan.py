@@ -98,11 +98,11 @@ def test_what_is_written_for_a_robot_is_read_back(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("x_mm,y_mm,p_pa\n1,2,3\n", r"csv:1: the columns z_mm are missing; there are x_mm, y_mm, p_pa"),
-        ("", "the columns x_mm, y_mm, z_mm, p_pa are missing; there are none"),
+        ("", r"csv:1: the scan is empty"),
         ("x_mm,y_mm,z_mm,p_pa\n1,2,3,4\n1,2,x,4\n", r"csv:3: z_mm is 'x'"),
         ("x_mm,y_mm,z_mm,p_pa\n1,2,3,nan\n", r"csv:2: p_pa is 'nan'"),
-        ("x_mm,y_mm,z_mm,p_pa\n1,2,3\n", r"csv:2: p_pa is None"),
-        ("x_mm,y_mm,z_mm,p_pa\n1,2,3,-4\n", r"csv:2: p_pa is negative"),
+        ("x_mm,y_mm,z_mm,p_pa\n1,2,3\n", r"csv:2: 3 cells under 4 column names"),
+        ("x_mm,y_mm,z_mm,p_pa\n1,2,3,-4\n", r"csv:2: p_pa is -4, but must be at least 0"),
         ("x_mm,y_mm,z_mm,p_pa\n1,2,3,4\n", "the scan has 1 points"),
     ],
 )
