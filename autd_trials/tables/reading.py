@@ -39,6 +39,7 @@ _LONGEST_SHOWN = 40  # characters of a cell in a message
 _MOST_LISTED = 40  # columns in a message
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?")
 _MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")
+_MUST_RISE = ", but must rise"
 _PLAIN_NUMBERS = "write numbers with a decimal point and without separators of thousands"
 
 
@@ -169,10 +170,7 @@ class Table:
                 refused.append((first[0], place, first[1]))
         if refused:
             row, place, what = min(refused)
-            mend = f"correct or remove this line{': ' if advice else ''}{advice}"
-            raise UsageError(
-                what, where=self.where(row), do=_PLAIN_NUMBERS if "," in texts[place][row] else mend
-            )
+            raise UsageError(what, where=self.where(row), do=_mend(what, texts[place][row], advice))
         return values
 
     def _has_decimal_commas(self, texts: Iterable[str]) -> bool:
@@ -390,8 +388,16 @@ def _first_refused(
     elif column.whole and value % 1:
         what += ", but must be a whole number"
     else:
-        what += f" after {_shortened(texts[row - 1])}, but must rise"
+        what += f" after {_shortened(texts[row - 1])}{_MUST_RISE}"
     return row, what
+
+
+def _mend(what: str, text: str, advice: str) -> str:
+    if "," in text:
+        return _PLAIN_NUMBERS
+    if what.endswith(_MUST_RISE):
+        return "put the lines in order; if a clock was set back meanwhile, record again"
+    return f"correct or remove this line: {advice}" if advice else "correct or remove this line"
 
 
 def _is_numeric(text: str) -> bool:
