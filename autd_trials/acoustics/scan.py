@@ -120,8 +120,8 @@ def compare_scan(scan: Scan, sources: Sources, medium: Medium) -> ScanComparison
         shift_mm=(x, y, z),
         level_db=20 * math.log10(gain),
         residual=float(np.linalg.norm(scan.rms_pa - gain * exact) / np.linalg.norm(scan.rms_pa)),
-        size_measured_mm=_size_mm(scan.points_mm, scan.rms_pa),
-        size_predicted_mm=_size_mm(scan.points_mm, exact),
+        size_measured_mm=size_mm(scan.points_mm, scan.rms_pa),
+        size_predicted_mm=size_mm(scan.points_mm, exact),
     )
 
 
@@ -216,7 +216,11 @@ def _gain(measured: NDArray[np.float64], predicted: NDArray[np.float64]) -> floa
     return max(float(measured @ predicted) / square, 1e-12) if square > 0 else 1e-12
 
 
-def _size_mm(points_mm: Vectors, rms_pa: NDArray[np.float64]) -> float:
+def size_mm(points_mm: Vectors, rms_pa: NDArray[np.float64]) -> float:
+    """Return the largest distance in mm between points of over 1 / sqrt 2 of the largest energy.
+
+    Of more than 1,000 such points only the outermost are looked at, which is at most 0.3 % short.
+    """
     from scipy.spatial.distance import pdist
 
     over = points_mm[rms_pa >= _THRESHOLD * rms_pa.max()]

@@ -39,6 +39,7 @@ _LONGEST_SHOWN = 40  # characters of a cell in a message
 _MOST_LISTED = 40  # columns in a message
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?")
 _MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")
+_MUST_RISE = ", but must rise"
 _PLAIN_NUMBERS = "write numbers with a decimal point and without separators of thousands"
 
 
@@ -169,10 +170,7 @@ class Table:
                 refused.append((first[0], place, first[1]))
         if refused:
             row, place, what = min(refused)
-            mend = f"correct or remove this line{': ' if advice else ''}{advice}"
-            raise UsageError(
-                what, where=self.where(row), do=_PLAIN_NUMBERS if "," in texts[place][row] else mend
-            )
+            raise UsageError(what, where=self.where(row), do=_mend(what, texts[place][row], advice))
         return values
 
     def _has_decimal_commas(self, texts: Iterable[str]) -> bool:
@@ -377,18 +375,29 @@ def _first_refused(
     if not bad.any():
         return None
     row = int(bad.argmax())
-    text, value = _shown(texts[row]), values[row]
-    if not finite[row]:
-        what = f"{column.name} is {text}, which is not a finite number" if text else f"{column.name} is empty"
+    text, value = _shortened(texts[row]), values[row]
+    what = f"{column.name} is {text}"
+    if not text:
+        what = f"{column.name} is empty"
+    elif not finite[row]:
+        what = f"{column.name} is {text!r}, which is not a finite number"
     elif value < column.least:
-        what = f"{column.name} is {text}, but must be at least {level_text(column.least)}"
+        what += f", but must be at least {level_text(column.least)}"
     elif value > column.largest:
-        what = f"{column.name} is {text}, but must be at most {level_text(column.largest)}"
+        what += f", but must be at most {level_text(column.largest)}"
     elif column.whole and value % 1:
-        what = f"{column.name} is {text}, but must be a whole number"
+        what += ", but must be a whole number"
     else:
-        what = f"{column.name} is {text} after {_shown(texts[row - 1])}, but must rise"
+        what += f" after {_shortened(texts[row - 1])}{_MUST_RISE}"
     return row, what
+
+
+def _mend(what: str, text: str, advice: str) -> str:
+    if "," in text:
+        return _PLAIN_NUMBERS
+    if what.endswith(_MUST_RISE):
+        return "put the lines in order; if a clock was set back meanwhile, record again"
+    return f"correct or remove this line: {advice}" if advice else "correct or remove this line"
 
 
 def _is_numeric(text: str) -> bool:
@@ -399,13 +408,11 @@ def _pointed(texts: Sequence[str]) -> list[str]:
     return [text.replace(",", ".") if _DECIMAL_COMMA.fullmatch(text.strip()) else text for text in texts]
 
 
-def _shown(text: str) -> str:
-    spelled = text.strip()
-    short = spelled if len(spelled) <= _LONGEST_SHOWN else f"{spelled[:_LONGEST_SHOWN]}..."
-    return repr(short) if short else ""
-
-
 def _listed(names: Sequence[str]) -> str:
-    return ", ".join(_shown(name)[1:-1] for name in names[:_MOST_LISTED]) + (
-        f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
-    )
+    more = f" and {len(names) - _MOST_LISTED} more" if len(names) > _MOST_LISTED else ""
+    return ", ".join(map(_shortened, names[:_MOST_LISTED])) + more
+
+
+def _shortened(text: str) -> str:
+    spelled = text.strip()
+    return spelled if len(spelled) <= _LONGEST_SHOWN else f"{spelled[:_LONGEST_SHOWN]}..."
