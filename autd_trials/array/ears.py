@@ -15,7 +15,7 @@ from autd_trials.array.driver import Stimulus
 from autd_trials.array.emission import focused_sources
 from autd_trials.array.geometry import UnitPose, Vectors
 from autd_trials.errors import UnsafeError
-from autd_trials.stimulus import DRIVE_STEPS
+from autd_trials.stimulus import drive_step
 
 WARNING_LEVEL_DB = 100.0
 """What AGNIR (2010) recommends for the public above 25 kHz."""
@@ -63,7 +63,7 @@ class EarWatch:
 
     def level_db(self, stimulus: Stimulus) -> float | None:
         """Return the largest level at the ears in dB SPL, at the envelope's peak; None if it is silent."""
-        amplitude = float(relative_amplitude(round(DRIVE_STEPS * stimulus.drive)))
+        amplitude = float(relative_amplitude(drive_step(stimulus.drive)))
         if amplitude == 0:
             return None
         if stimulus.target_mm not in self._full_drive_db:

@@ -14,7 +14,6 @@ from autd_trials.tables import Column, level_text, require_reserved, tsv
 
 TrialType = Literal["stimulus", "catch"]
 
-_MICRO = 1_000_000
 _Kind = dict[str, Level] | None
 """The levels of the factors within a block that tell a kind of trial from another; None is a catch trial."""
 
@@ -148,7 +147,7 @@ def _blocks(protocol: Protocol, place: int, session: int, seed: int) -> list[Pla
 
 
 def _descriptions(factors: dict[str, Factor], conditions: dict[str, Level]) -> tuple[str, ...]:
-    sentences = (factors[name].describe.get(level_text(level)) for name, level in conditions.items())
+    sentences = (factors[name].sentences.get(level_text(level)) for name, level in conditions.items())
     return tuple(sentence for sentence in sentences if sentence is not None)
 
 
@@ -190,11 +189,8 @@ def _run_group(kind: _Kind, run_of: str | None) -> str:
 
 def _pause_before_s(protocol: Protocol, draws: Draws) -> float:
     """Draw a pause, even over the whole microseconds from the shortest to the longest."""
-    shortest, longest = (
-        round(protocol.timing.pause_min_s * _MICRO),
-        round(protocol.timing.pause_max_s * _MICRO),
-    )
-    return (shortest + draws.below(longest - shortest + 1)) / _MICRO
+    shortest, longest = protocol.timing.pauses_us
+    return (shortest + draws.below(longest - shortest + 1)) / 1e6
 
 
 def _trial(

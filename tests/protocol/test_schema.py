@@ -94,7 +94,7 @@ MISTAKES = [
     ),
     (
         set_in("factors", "between_blocks", "clothing", "levels")(["None", "inner"]),
-        "would be read from a table as a missing",
+        "levels[0]: 'None' would be read as a missing value",
     ),
     (set_in("factors", "between_blocks", "clothing", "levels")([]), "levels: is a list of 0"),
     (set_in("order", "max_run_of")("modulation_hz"), "order.max_run_of: max_run_of needs max_run_length"),
@@ -117,6 +117,10 @@ MISTAKES = [
     (set_in("safety", "longest_burst_s")(0.5), "the burst of 1 s is over safety.longest_burst_s (0.5)"),
     (set_in("safety", "largest_duty")(0.2), "make a duty of 0.25, which is over 0.2"),
     (set_in("safety", "session_exposure_s")(59), "sum up to 60 s at full drive, which is over 59"),
+    (
+        set_in("safety", "daily_exposure_s")(59),
+        "safety.daily_exposure_s: the session's stimuli sum up to 60 s",
+    ),
     (set_in("comparisons", 0, "factor")("cloth"), "comparisons[0].factor: there is no factor 'cloth'"),
     (set_in("comparisons", 0, "at_each")("clothing"), "cannot be compared at each of its own levels"),
     (
