@@ -7,7 +7,7 @@ does not change after it was loaded. What fields must be to each other is in `ru
 from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from autd_trials.model import Model
 from autd_trials.protocol.method import Method
@@ -48,11 +48,6 @@ class Factor(Model):
         default_factory=dict,
         description="A sentence per level, shown and recorded (what the participant wears, say).",
     )
-
-    @property
-    def sentences(self) -> dict[str, str]:
-        """The sentences by level, as `level_text` spells it: "5e-05" and "0.00005" are one level."""
-        return spelled_levels(self.describe)
 
 
 class Factors(Model):
