@@ -49,11 +49,6 @@ class Factor(Model):
         description="A sentence per level, shown and recorded (what the participant wears, say).",
     )
 
-    @property
-    def sentences(self) -> dict[str, str]:
-        """The sentences by level, as `level_text` spells it: "5e-05" and "0.00005" are one level."""
-        return spelled_levels(self.describe)
-
 
 class Factors(Model):
     """What is varied: within a block from trial to trial, between blocks from block to block."""

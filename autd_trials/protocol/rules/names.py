@@ -100,18 +100,12 @@ def _same(level: Level, other: Level) -> str:
 
 
 def _sentence_faults(factor: Factor, location: Location) -> Iterator[InitErrorDetails]:
-    """Yield sentences about no level, and two about one."""
+    """Yield sentences about no level."""
     spelled = [level_text(level) for level in factor.levels]
-    described: set[str] = set()
-    for key, sentence in factor.describe.items():
-        place = (*location, "describe", key)
-        value = number(key)
-        level = key if value is None or key in spelled else level_text(value)
+    for level, sentence in factor.describe.items():
+        place = (*location, "describe", level)
         if level not in spelled:
-            yield fault(place, unknown("level", key, spelled))
-        elif level in described:
-            yield fault(place, f"the level {level} is described twice")
-        described.add(level)
+            yield fault(place, unknown("level", level, spelled))
         yield from _line_faults(sentence, place)
 
 

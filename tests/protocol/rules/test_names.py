@@ -125,7 +125,7 @@ def test_a_level_is_described_however_its_number_is_written(refuse: Refuse) -> N
     text = refuse(change)
     assert "comparisons[0].factor: there is no factor 'clothing'" in text
     assert ".describe" not in text
-    assert Factor(levels=(0.00005, 0.5), describe=sentences).sentences == {
+    assert Factor(levels=(0.00005, 0.5), describe=sentences).describe == {
         "0.00005": "barely anything",
         "0.5": "half",
     }
