@@ -147,7 +147,7 @@ def _blocks(protocol: Protocol, place: int, session: int, seed: int) -> list[Pla
 
 
 def _descriptions(factors: dict[str, Factor], conditions: dict[str, Level]) -> tuple[str, ...]:
-    sentences = (factors[name].sentences.get(level_text(level)) for name, level in conditions.items())
+    sentences = (factors[name].describe.get(level_text(level)) for name, level in conditions.items())
     return tuple(sentence for sentence in sentences if sentence is not None)
 
 
