@@ -13,11 +13,13 @@ from autd_trials.array.geometry import Vectors
 from autd_trials.calibration.cloud import Cloud, examine_cloud
 from autd_trials.calibration.energy import predict_energy
 from autd_trials.calibration.file import CalibratedUnit, Calibration, Counts, RangeError, Residuals
-from autd_trials.calibration.joint import JointEstimate, SensorNoise, Wand
+from autd_trials.calibration.joint import JointEstimate
+from autd_trials.calibration.normal_equations import Wand
 from autd_trials.calibration.pairing import pair_interpolated, pair_nearest
 from autd_trials.calibration.registration import Registered, register_jointly, register_paper
 from autd_trials.calibration.rigid import RigidMotion
 from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
+from autd_trials.calibration.sensor_model import Sensor, SensorNoise
 from autd_trials.calibration.track import Track
 from autd_trials.errors import UsageError
 
@@ -25,9 +27,6 @@ FRAME = (
     "unit 1's: origin at transducer 0 of its device 0 (a corner), x to the right, y up, z out along the "
     "emission; mm"
 )
-
-_BIAS_SD = 3.0  # a bias this many standard deviations from 0 is worth a warning
-_LONGEST_LAG = 50
 
 
 @dataclass(frozen=True)
@@ -43,9 +42,17 @@ class Settings:
     mad_factor
         Of the paper's equation 10.
     range_bias
-        Whether to estimate a constant error of every sensor's range; not by the paper's method.
+        Whether the sensors' ranges may be wrong by a constant (20 mm, standard deviation); it is corrected
+        where the points show it. Not by the paper's method.
+    range_scale_sd
+        By what share of the range the sensors may be wrong (standard deviation). Points do not see it: it
+        makes the covariance larger. 0 for sensors whose scale was checked. Not by the paper's method.
     noise
         Of the sensors; its shape matters, its size is estimated.
+    viewpoint
+        Whether the points were seen from the origin of their frame, as by a camera; one for all units, or one
+        each. Without one (robots, motion capture, SLAM, markers) noise is the same in all directions, and
+        there are no ranges to be wrong.
     target_mm
         Where the energy is predicted, in the calibrated frame; the cloud's centre if None.
     seed
@@ -56,9 +63,19 @@ class Settings:
     pairing: Literal["interpolated", "nearest"] = "interpolated"
     mad_factor: float = NORMAL_MAD_FACTOR
     range_bias: bool = True
+    range_scale_sd: float = 0.005
+    viewpoint: bool | tuple[bool, ...] = True
     noise: SensorNoise = field(default_factory=SensorNoise)
     target_mm: tuple[float, float, float] | None = None
     seed: int = 1
+
+    def sensors(self, units: int) -> list[Sensor]:
+        """Return what is known of each unit's sensor."""
+        seen = (self.viewpoint,) * units if isinstance(self.viewpoint, bool) else self.viewpoint
+        bias_sd_mm = Sensor.bias_sd_mm if self.range_bias else 0.0
+        camera = Sensor(self.noise, bias_sd_mm, self.range_scale_sd)
+        size_mm = self.noise.isotropic.along_mm
+        return [camera if each else Sensor.without_viewpoint(size_mm) for each in seen]
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +153,7 @@ def calibrate(
     observed_mm, velocities_mm_s, offsets_s = _paired(tracks, settings, generator)
     names = [track.name for track in tracks]
     registered = _registered(observed_mm, velocities_mm_s, names, settings, wands, generator)
+    joint = registered.joint
     offsets_s = offsets_s + registered.clock_steps_s
     mounted = list(mounts) if mounts else [RigidMotion.identity()] * len(tracks)
     first = mounted[0]
@@ -148,7 +166,7 @@ def calibrate(
     calibration = Calibration(
         frame=FRAME,
         made_up=False,
-        method=_method(settings, wands),
+        method=_method(settings, wands, corrected=joint is not None and joint.range_corrected),
         time=time,
         inputs=inputs or {},
         settings=_record(settings, registered, names, offsets_s),
@@ -158,7 +176,7 @@ def calibrate(
     _refuse_behind(calibration, target_mm)
     energy = predict_energy(calibration, target_mm, air, generator)
     calibration = calibration.model_copy(update={"predicted_energy": energy})
-    warnings = [*cloud.warnings, *_range_warnings(observed_mm, registered, names, settings, wands, generator)]
+    warnings = [*cloud.warnings, *_range_warnings(registered, names, settings, wands)]
     if mounts is None:
         warnings.append(
             "no mounts were given: each sensor's frame is taken as its unit's, which no residual can check; "
@@ -208,9 +226,8 @@ def _registered(
         observed_mm,
         names,
         generator,
-        settings.noise,
+        settings.sensors(len(names)),
         velocities_mm_s=velocities_mm_s,
-        range_bias=settings.range_bias,
         wands=wands,
     )
 
@@ -262,10 +279,7 @@ def _calibrated(
 def _covariance_at_origin(
     unit: int, registered: Registered, first_mount: RigidMotion, pose: RigidMotion
 ) -> NDArray[np.float64] | None:
-    """Move the covariance from the cloud's centre to the unit's origin, and into the calibrated frame.
-
-    Successive points of a track may err alike; their errors' autocorrelation makes the covariance larger.
-    """
+    """Move the covariance from the cloud's centre to the unit's origin, and into the calibrated frame."""
     if registered.joint is None:
         return None
     turned = np.kron(np.eye(2), first_mount.rotation)
@@ -273,27 +287,12 @@ def _covariance_at_origin(
     x, y, z = pose.translation_mm - first_mount.apply(registered.joint.centre_mm)
     shift = np.eye(6)
     shift[:3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
-    covariance: NDArray[np.float64] = shift @ at_centre @ shift.T * _repetition(registered.gaps_mm(unit))
+    covariance: NDArray[np.float64] = shift @ at_centre @ shift.T
     return covariance
 
 
-def _repetition(gaps_mm: NDArray[np.float64]) -> float:
-    """Return how many points tell as much as one independent one: 1 + 2 x sum of autocorrelations."""
-    centred = np.nan_to_num(gaps_mm - np.nanmean(gaps_mm, axis=0))
-    there = (~np.isnan(gaps_mm[:, 0])).astype(np.float64)
-    variance = float((centred**2).sum() / there.sum())
-    total = 1.0
-    for lag in range(1, min(_LONGEST_LAG, len(centred) // 4)):
-        pairs = float((there[lag:] * there[:-lag]).sum())
-        correlation = float((centred[lag:] * centred[:-lag]).sum()) / max(pairs, 1.0) / variance
-        if correlation < 2 / np.sqrt(3 * max(pairs, 1.0)):  # no longer told from noise
-            break
-        total += 2 * correlation
-    return total
-
-
 def _range_error(unit: int, joint: JointEstimate | None) -> RangeError | None:
-    if joint is None or not joint.bias_sd_mm.any():
+    if joint is None or not (joint.bias_sd_mm[unit] or joint.scale_sd[unit]):
         return None
     return RangeError(
         bias_mm=float(joint.range_errors.biases_mm[unit]),
@@ -304,33 +303,28 @@ def _range_error(unit: int, joint: JointEstimate | None) -> RangeError | None:
 
 
 def _range_warnings(
-    observed_mm: NDArray[np.float64],
-    registered: Registered,
-    names: Sequence[str],
-    settings: Settings,
-    wands: Sequence[Wand],
-    generator: np.random.Generator,
+    registered: Registered, names: Sequence[str], settings: Settings, wands: Sequence[Wand]
 ) -> list[str]:
-    """Say when the points show range biases that nobody asked for, and what else looks like one."""
-    if settings.method == "paper" or wands:
+    """Say what the ranges may be wrong by."""
+    joint = registered.joint
+    if joint is None or wands or not (joint.bias_sd_mm.any() or joint.scale_sd.any()):
         return []
-    if registered.bias_scale_correlations is not None:
-        strongest = float(registered.bias_scale_correlations.min())
-        return [
-            f"range biases were estimated as constant; a bias and a range scale look alike (correlation "
-            f"{strongest:.2f}), and only a wand of known length tells them apart (--wand)"
-        ]
-    kept = np.where(registered.inliers[..., None], observed_mm, np.nan)
-    joint = register_jointly(kept, names, generator, settings.noise, range_bias=True).joint
-    assert joint is not None
-    biases_mm, sd_mm = joint.range_errors.biases_mm, joint.bias_sd_mm
-    if (np.abs(biases_mm) < _BIAS_SD * sd_mm).all():
-        return []
-    found = ", ".join(f"{n} {b:+.1f} +- {s:.1f} mm" for n, b, s in zip(names, biases_mm, sd_mm, strict=True))
-    return [f"the points show errors of the sensors' ranges ({found}); leave out --no-range-bias"]
+    warnings = []
+    if joint.range_corrected:
+        found = ", ".join(
+            f"{name} {bias_mm:+.1f} +- {sd_mm:.1f} mm"
+            for name, bias_mm, sd_mm in zip(names, joint.range_errors.biases_mm, joint.bias_sd_mm, strict=True)
+        )
+        warnings.append(f"the points show that the sensors' ranges are wrong; this is corrected ({found})")
+    if joint.scale_sd.any():
+        warnings.append(
+            f"points do not see a common scale of the ranges: {settings.range_scale_sd:.1%} of them (standard "
+            "deviation) is counted as unknown; a wand of known length shows it"
+        )
+    return warnings
 
 
-def _method(settings: Settings, wands: Sequence[Wand]) -> str:
+def _method(settings: Settings, wands: Sequence[Wand], *, corrected: bool) -> str:
     pairing = {
         "interpolated": "interpolated in time with the clocks' offset estimated",
         "nearest": "nearest time stamps",
@@ -338,7 +332,7 @@ def _method(settings: Settings, wands: Sequence[Wand]) -> str:
     if settings.method == "paper":
         factor = f"{settings.mad_factor:g}"
         return f"paper's equations 1 to 10 (SVD with Tukey weights, MAD factor {factor}); {pairing}"
-    extra = "; range bias and scale by a wand" if wands else "; range biases" if settings.range_bias else ""
+    extra = "; range bias and scale by a wand" if wands else "; range biases" if corrected else ""
     return f"robust start and joint maximum likelihood with noise along the viewing rays{extra}; {pairing}"
 
 
