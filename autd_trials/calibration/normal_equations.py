@@ -22,7 +22,7 @@ TUKEY_CHI2 = 25.0
 """Where a point's weight reaches 0: its squared distance in standard deviations, 3 degrees of freedom."""
 
 _MOST_ITERATIONS = 200
-_CONVERGED = 1e-5  # length of a step in standard deviations
+_CONVERGED = 1e-4  # length of a step in standard deviations
 _NEVER_ZERO_MM = 1e-9
 _LEAST_NOISE = 1e-4  # in assumed standard deviations
 
@@ -269,7 +269,9 @@ class Problem:
             ranges, rays = _ranges_and_rays(true_mm)
             bias_mm, scale = state.biases_mm[unit], state.scales[unit]
             across = np.eye(3) - rays[:, :, None] * rays[:, None, :]
-            change = (1 + scale) * np.eye(3) + bias_mm / np.maximum(ranges, _NEVER_ZERO_MM)[..., None] * across
+            change = (1 + scale) * np.eye(3) + bias_mm / np.maximum(ranges, _NEVER_ZERO_MM)[
+                ..., None
+            ] * across
             whitening = self._sensors[unit].noise.whitenings(rays) * self._seen[unit, :, None, None]
             then_mm = self._observed_mm[unit] + state.clock_steps_s[unit] * self._velocities_mm_s[unit]
             predicted_mm = (1 + scale) * true_mm + bias_mm * rays

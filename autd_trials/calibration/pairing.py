@@ -170,9 +170,7 @@ def _speeds(track: Track) -> tuple[int, NDArray[np.float64]]:
     return start, np.minimum(speed, np.quantile(speed, 0.9)) if len(speed) else speed  # outliers are fast
 
 
-def _correlation(
-    first: NDArray[np.float64], second: NDArray[np.float64], ahead: int, least: int
-) -> float:
+def _correlation(first: NDArray[np.float64], second: NDArray[np.float64], ahead: int, least: int) -> float:
     """Return the correlation of two rows of values, the first of which starts so much after the second."""
     one = first[max(0, -ahead) : len(second) - ahead]
     other = second[max(0, ahead) : max(0, ahead) + len(one)]
@@ -201,7 +199,9 @@ def _refuse_other_times(track: Track) -> None:
         )
 
 
-def _refuse_clock_steps(path: _Path, first: Track, second: Track, offset_s: float, motion: RigidMotion) -> None:
+def _refuse_clock_steps(
+    path: _Path, first: Track, second: Track, offset_s: float, motion: RigidMotion
+) -> None:
     """Refuse a second clock that differs from part to part of the recording."""
     most = round(_LARGEST_CLOCK_STEP_S / _CLOCK_GRID_S)
     steps_s = np.arange(-most, most + 1) * _CLOCK_GRID_S

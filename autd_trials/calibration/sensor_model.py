@@ -48,16 +48,19 @@ class Sensor:
         Of its points.
     bias_sd_mm, scale_sd
         Prior standard deviations of its range's constant error and scale error; 0: its ranges are right.
+    viewpoint
+        Whether it sees points from the origin of its frame.
     """
 
-    noise: SensorNoise = SensorNoise()  # noqa: RUF009  # frozen
+    noise: SensorNoise = SensorNoise()  # frozen
     bias_sd_mm: float = 20.0
     scale_sd: float = 0.005
+    viewpoint: bool = True
 
     @classmethod
     def without_viewpoint(cls, noise_mm: float = 1.0) -> "Sensor":
         """Return a source whose frame is no camera's: a robot, motion capture, markers, SLAM."""
-        return cls(SensorNoise(noise_mm, noise_mm), 0.0, 0.0)
+        return cls(SensorNoise(noise_mm, noise_mm), 0.0, 0.0, viewpoint=False)
 
     @property
     def trusted(self) -> "Sensor":
