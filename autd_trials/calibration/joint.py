@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autd_trials.array.geometry import Vectors
-from autd_trials.calibration.normal_equations import POSE, Knowledge, Problem, RangeErrors, State, Wand
+from autd_trials.calibration.normal_equations import POSE, Problem, RangeErrors, State, Wand
 from autd_trials.calibration.rigid import RigidMotion
 from autd_trials.calibration.sensor_model import Sensor
 from autd_trials.errors import UsageError
@@ -117,23 +117,24 @@ def fit_jointly(
     """
     problem = Problem(observed_mm, sensors, velocities_mm_s, wands)
     state = problem.settled(problem.start(start), range_free=bool(wands))
-    known = problem.knowledge(state)
-    corrected = bool(wands)
-    if problem.biases.any() and not wands and _pays(known, problem):
-        state = problem.settled(state, range_free=True)
-        known = problem.knowledge(state)
-        corrected = True
-        _refuse_unbounded(state, sensors)
-    covariance = known.covariance
-    if not corrected:  # what the points say of the range errors is not followed: it counts as error
-        covariance = covariance + np.outer(known.step, known.step)
+    covariance, corrected, centre_mm = problem.covariance(state), bool(wands), state.centre_mm
+    if not wands and (problem.uncertain & (problem.biases | problem.scales)).any():
+        aware = problem.settled(state, range_free=True)
+        covariance, centre_mm = problem.covariance(aware), aware.centre_mm
+        corrected = _pays(aware, covariance, problem)
+        if corrected:
+            _refuse_unbounded(aware, sensors)
+            state = aware
+        else:  # what the points say of the range errors is not followed: it counts as an error
+            difference = problem.difference(aware, state)
+            covariance = covariance + np.outer(difference, difference)
     sds = np.sqrt(np.diag(covariance))
     return JointEstimate(
         motions=tuple(state.motions),
         range_errors=RangeErrors(state.biases_mm, state.scales),
         range_corrected=corrected,
         covariance=covariance[np.ix_(problem.uncertain, problem.uncertain)],
-        centre_mm=state.centre_mm,
+        centre_mm=centre_mm,
         bias_sd_mm=sds[problem.biases],
         scale_sd=sds[problem.scales],
         noise_scale=state.noise_scale,
@@ -142,16 +143,15 @@ def fit_jointly(
     )
 
 
-def _pays(known: Knowledge, problem: Problem) -> bool:
+def _pays(aware: State, covariance: NDArray[np.float64], problem: Problem) -> bool:
     """Return whether the points see every bias well, and one that is not 0."""
     from scipy.stats import chi2
 
-    kept = np.flatnonzero(problem.biases)
-    seen = np.sqrt(np.diag(known.covariance)[kept]) < _SEEN * problem.prior_sds[kept]
-    if not seen.all():
+    kept = np.flatnonzero(problem.biases & problem.uncertain)
+    if len(kept) == 0 or (np.sqrt(np.diag(covariance)[kept]) > _SEEN * problem.prior_sds[kept]).any():
         return False
-    biases_mm = known.step[kept]
-    distance = biases_mm @ np.linalg.solve(known.covariance[np.ix_(kept, kept)], biases_mm)
+    biases_mm = aware.biases_mm[problem.uncertain[problem.biases]]
+    distance = biases_mm @ np.linalg.solve(covariance[np.ix_(kept, kept)], biases_mm)
     return bool(distance > chi2.isf(_PAYS_P, len(kept)))
 
 

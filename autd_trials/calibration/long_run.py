@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _LARGEST_CORRELATION = 0.97
+_SIGNIFICANT = 2.0  # standard deviations
 _SMALLEST_VALUE = 1e-12
 _TINY = 1e-300
 
@@ -40,7 +41,8 @@ def _bandwidth(whitened: NDArray[np.float64]) -> float:
     pairs = whitened[1:].any(axis=1) & whitened[:-1].any(axis=1)
     now, then = whitened[1:][pairs], whitened[:-1][pairs]
     products, squares = (now * then).sum(axis=0), ((now**2 + then**2) / 2).sum(axis=0)
-    rho = (products / (squares + _TINY)).clip(-_LARGEST_CORRELATION, _LARGEST_CORRELATION)
+    rho = (products / (squares + _TINY)).clip(0, _LARGEST_CORRELATION)
+    rho[rho < _SIGNIFICANT / np.sqrt(max(len(now), 1))] = 0.0  # not told from independent terms
     alpha = (4 * rho**2 / (1 - rho) ** 8).sum() / (1 / (1 - rho) ** 4).sum()
     return float(1.3221 * (alpha * len(whitened)) ** 0.2)
 

@@ -5,6 +5,7 @@ a range scale of every unit, and a clock step of every unit but the first. The p
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -18,7 +19,7 @@ from autd_trials.calibration.sensor_model import Sensor
 from autd_trials.errors import UsageError
 
 POSE = 6
-TUKEY_CHI2 = 25.0
+TUKEY_CHI2 = 36.0
 """Where a point's weight reaches 0: its squared distance in standard deviations, 3 degrees of freedom."""
 
 _MOST_ITERATIONS = 200
@@ -66,14 +67,6 @@ class State:
         """The cloud's centre."""
         centre: Vectors = self.points_mm.mean(axis=0)
         return centre
-
-
-@dataclass(frozen=True, eq=False)
-class Knowledge:
-    """Covariance of all parameters, and the step that the points ask for if all are free."""
-
-    covariance: NDArray[np.float64]
-    step: Vectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,25 +151,26 @@ class Problem:
         free = self.uncertain.copy()
         if not range_free:
             free &= ~(self.biases | self.scales)
-        for _ in range(_MOST_ITERATIONS):
-            terms = self._terms(state)
-            curvature, slope = self._curvature_and_slope(terms, state)
-            step = np.zeros(len(free))
-            step[free] = np.linalg.solve(curvature[np.ix_(free, free)], slope[free])
-            state = self._moved(state, step, terms)
-            if step @ curvature @ step < _CONVERGED**2:
-                return state
+        with suppress(np.linalg.LinAlgError):
+            for _ in range(_MOST_ITERATIONS):
+                terms = self._terms(state)
+                curvature, slope = self._curvature_and_slope(terms, state)
+                step = np.zeros(len(free))
+                step[free] = np.linalg.solve(curvature[np.ix_(free, free)], slope[free])
+                state = self._moved(state, step, terms)
+                if step @ curvature @ step < _CONVERGED**2:
+                    return state
         raise UsageError(
             "the poses do not settle: the points agree with many",
             do="wave the target where all sensors see it, over 500 mm in every direction",
         )
 
-    def knowledge(self, state: State) -> Knowledge:
-        """Return the robust covariance and the step with all that is uncertain free."""
+    def covariance(self, state: State) -> NDArray[np.float64]:
+        """Return the robust covariance of all parameters at a settled state; zeros for what is known."""
         terms = self._terms(state)
         weights, changes = self._weights(terms, state)
         slopes = np.einsum("nrp,nr->np", terms.derivatives, terms.residuals) / state.noise_scale**2
-        curvature, slope = self._curvature_and_slope(terms, state)
+        curvature = self._curvature_and_slope(terms, state)[0]
         bread = curvature + 2 * np.einsum("np,nq,n->pq", slopes, slopes, changes)
         scatter = self._beside_the_points(state)[0]
         full = np.zeros((len(self._shared), slopes.shape[1]))
@@ -186,9 +180,19 @@ class Problem:
         inverse = np.linalg.inv(bread[kept])
         covariance = np.zeros_like(bread)
         covariance[kept] = inverse @ scatter[kept] @ inverse
-        step = np.zeros(len(bread))
-        step[self.uncertain] = inverse @ slope[self.uncertain]
-        return Knowledge(covariance, step)
+        return covariance
+
+    def difference(self, state: State, other: State) -> Vectors:
+        """Return by how much the parameters of one state differ from another's."""
+        from scipy.spatial.transform import Rotation
+
+        poses = []
+        for motion, before in zip(state.motions[1:], other.motions[1:], strict=True):
+            turned = motion.after(before.inverse())
+            shift = turned.apply(state.centre_mm) - state.centre_mm
+            poses += [shift, Rotation.from_matrix(turned.rotation).as_rotvec()]
+        rest = self._vector(state) - self._vector(other)
+        return np.concatenate([*poses, rest[POSE * (self._units - 1) :]])
 
     def log_volume(self, state: State) -> float:
         """Return the logarithm of the volume within which points scatter, per degree of freedom.

@@ -119,7 +119,8 @@ class _Path:
         before, after = (
             (time_s + side * _SPEED_S).clip(self._time_s[0], self._time_s[-1]) for side in (-1, 1)
         )
-        velocity: Vectors = (self._curve(after) - self._curve(before)) / (after - before)[:, None]
+        apart_s = np.maximum(after - before, _SPEED_S)
+        velocity: Vectors = (self._curve(after) - self._curve(before)) / apart_s[:, None]
         return velocity
 
 
@@ -150,9 +151,10 @@ def _offset_from_speeds(first: Track, second: Track) -> float:
     start, speed = _speeds(first)
     other_start, other = _speeds(second)
     least = min(int(_LEAST_OVERLAP_S / _GRID_S), len(speed) // 2, len(other) // 2)
-    steps = np.arange(-round(LARGEST_OFFSET_S / _GRID_S), round(LARGEST_OFFSET_S / _GRID_S) + 1)
+    most = round(LARGEST_OFFSET_S / _GRID_S)
+    steps = range(-most, most + 1)
     scores = [_correlation(speed, other, start + step - other_start, least) for step in steps]
-    return float(steps[int(np.argmax(scores))] * _GRID_S)
+    return steps[int(np.argmax(scores))] * _GRID_S
 
 
 def _speeds(track: Track) -> tuple[int, NDArray[np.float64]]:
@@ -214,8 +216,8 @@ def _refuse_clock_steps(
         stepped = abs(steps_s[best]) > _CLOCK_GRID_S and gaps_mm[best] < now_mm / _CLOCK_STEP_FACTOR
         if stepped and np.isfinite(now_mm):
             raise UsageError(
-                f"the clock of {second.name} is not steady: from about {first.time_s[part[0]]:.0f} s on its points "
-                f"fit {steps_s[best]:+.2f} s later than elsewhere",
+                f"the clock of {second.name} is not steady: from about {first.time_s[part[0]]:.0f} s on its "
+                f"points fit {steps_s[best]:+.2f} s later than elsewhere",
                 do="record again with clocks that nobody sets meanwhile, or cut the tracks where it stepped",
             )
 

@@ -1,4 +1,4 @@
-"""Points that are paired already, a row a point in two frames: nothing is paired in time, no clock is estimated."""
+"""Points that are paired already, a row a point in two frames: no times, and so no clocks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -67,8 +67,8 @@ def register_jointly(
     Parameters
     ----------
     observed_mm
-        Each unit's points in its own sensor's frame in mm, shape (units, n, 3), in the order of time; NaN where
-        it saw none.
+        Each unit's points in its own sensor's frame in mm, shape (units, n, 3), in the order of time; NaN
+        where it saw none.
     names
         What the units are called, for messages.
     generator
@@ -173,8 +173,8 @@ def _likely_cause(
             "(an inch is 25.4 mm)"
         )
     return (
-        "see that both sensors watched the same target at the same time, and that its times are right: clocks "
-        f"may differ by {LARGEST_OFFSET_S:g} s"
+        "see that both sensors watched the same target at the same time, and that its times are right: "
+        f"clocks may differ by {LARGEST_OFFSET_S:g} s"
     )
 
 
@@ -196,7 +196,7 @@ def _with_fitting_noise(
     sensors: Sequence[Sensor],
     velocities_mm_s: NDArray[np.float64] | None,
 ) -> tuple[Sequence[Sensor], JointEstimate]:
-    """Return the sensors, with noise that is the same in all directions if that fits better; and a first fit."""
+    """Return the sensors, with isotropic noise if that fits better, and a first fit."""
     step = -(-observed_mm.shape[1] // _ENOUGH_FOR_THE_NOISE)
     some_mm = observed_mm[:, ::step]
     velocities = None if velocities_mm_s is None else velocities_mm_s[:, ::step]

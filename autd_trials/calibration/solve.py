@@ -1,4 +1,4 @@
-"""From what the units saw to a calibration: register, refuse what cannot be, say how well the poses are known."""
+"""From what the units saw to a calibration: where they stand, and how well that is known."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -54,8 +54,8 @@ class Settings:
         Of the sensors; its shape matters, its size is estimated.
     viewpoint
         Whether the points were seen from the origin of their frame, as by a camera; one for all units, or one
-        each; None: of tracks yes, of pairs no. Without one (robots, motion capture, SLAM, markers) noise is the same in all directions, and
-        there are no ranges to be wrong.
+        each; None: of tracks yes, of pairs no. Without one (robots, motion capture,
+        SLAM, markers) noise is the same in all directions, and there are no ranges to be wrong.
     target_mm
         Where the energy is predicted, in the calibrated frame; the cloud's centre if None.
     seed
@@ -269,8 +269,8 @@ def _refuse_behind(calibration: Calibration, target_mm: tuple[float, float, floa
         if (np.array(target_mm) - unit.centre_mm) @ unit.axis <= 0:
             raise UsageError(
                 "the target ({:.0f}, {:.0f}, {:.0f}) mm".format(*target_mm) + f" lies behind {unit.name}",
-                do="correct the mounts: sensors look along their unit's z, out along the emission; or say that the "
-                "frames have no viewpoint",
+                do="correct the mounts: sensors look along their unit's z, out along the emission; or "
+                "declare frames that are no cameras'",
             )
 
 
@@ -403,8 +403,8 @@ def _range_warnings(
         warnings.append(f"the points show that the sensors' ranges are wrong; this is corrected ({found})")
     if joint.scale_sd.any():
         warnings.append(
-            f"points do not see a common scale of the ranges: {settings.range_scale_sd:.1%} of them (standard "
-            "deviation) is counted as unknown; a wand of known length shows it"
+            f"points do not see a common scale of the ranges: {settings.range_scale_sd:.1%} of them "
+            "(standard deviation) is counted as unknown; a wand of known length shows it"
         )
     return warnings
 
