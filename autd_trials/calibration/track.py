@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autd_trials.array.geometry import Vectors
-from autd_trials.calibration.joint import Wand
+from autd_trials.calibration.normal_equations import Wand
 from autd_trials.errors import UsageError
 from autd_trials.tables import Quantity, read_quantities
 

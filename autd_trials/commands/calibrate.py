@@ -14,7 +14,7 @@ from autd_trials.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from autd_trials.calibration.joint import Wand
+    from autd_trials.calibration.normal_equations import Wand
     from autd_trials.calibration.rigid import RigidMotion
     from autd_trials.calibration.solve import Settings
     from autd_trials.calibration.track import Track
@@ -232,7 +232,7 @@ def _refuse_contradictions(options: argparse.Namespace, units: int) -> None:
 
 
 def _settings(options: argparse.Namespace) -> "Settings":
-    from autd_trials.calibration.joint import SensorNoise
+    from autd_trials.calibration.sensor_model import SensorNoise
     from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
     from autd_trials.calibration.solve import Settings
 
