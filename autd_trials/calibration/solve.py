@@ -15,6 +15,7 @@ from autd_trials.calibration.energy import predict_energy
 from autd_trials.calibration.file import CalibratedUnit, Calibration, Counts, RangeError, Residuals
 from autd_trials.calibration.joint import JointEstimate, SensorNoise, Wand
 from autd_trials.calibration.pairing import pair_interpolated, pair_nearest
+from autd_trials.calibration.provenance import Source, provenance
 from autd_trials.calibration.registration import Registered, register_jointly, register_paper
 from autd_trials.calibration.rigid import RigidMotion
 from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
@@ -106,6 +107,7 @@ def calibrate(
     mounts: Sequence[RigidMotion] | None = None,
     wands: Sequence[Wand] = (),
     inputs: dict[str, str] | None = None,
+    sources: Sequence[Source] = (),
 ) -> Solution:
     """Return where the units stand.
 
@@ -116,7 +118,7 @@ def calibrate(
     settings
         How to calibrate.
     time
-        When the target was waved; aware.
+        When this is computed; aware.
     air
         The air, for the prediction of the energy.
     mounts
@@ -125,6 +127,8 @@ def calibrate(
         What each unit saw of a wand of known length, to estimate errors of the range.
     inputs
         SHA-256 of each file that was read.
+    sources
+        Where each of them comes from; unknown if there are none.
 
     Raises
     ------
@@ -147,7 +151,7 @@ def calibrate(
     units = [_unit(unit, names[unit], registered, mounted) for unit in range(len(tracks))]
     calibration = Calibration(
         frame=FRAME,
-        made_up=False,
+        **provenance(sources),
         method=_method(settings, wands),
         time=time,
         inputs=inputs or {},
