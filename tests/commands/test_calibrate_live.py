@@ -10,17 +10,17 @@ from pathlib import Path
 import pytest
 import yaml
 
-import protocols
 from autd_trials.acoustics.air import Air
 from autd_trials.calibration.file import load_calibration
 from autd_trials.calibration.pose_error import energy_left
+from autd_trials.yamlfile.shipped import find_file
 from tests.calibration.network.test_nodes import AUTD_TRIALS
 from tests.commands.conftest import Run
 from tests.lsl import keep_to_ourselves
 
 keep_to_ourselves()
 
-TRUTH = Path(protocols.__path__[0], "rigs", "emulated-calibration.yaml")
+TRUTH = find_file("emulated-calibration", kind="calibration", folder="rigs")
 B_MM = (302.0, 225.0, 1000.0)
 
 Start = Callable[..., "subprocess.Popen[str]"]
