@@ -6,6 +6,7 @@ taken, and simulated if its sensor was.
 """
 
 import json
+import zlib
 from collections.abc import Iterator
 from dataclasses import asdict
 from datetime import datetime
@@ -24,6 +25,8 @@ from autd_trials.errors import UsageError
 _HEADER = "recording.json"
 _SYNTHETIC = "synthetic"  # the serial number of all simulated sensors, also in recordings of version 1
 _MOST_PIXELS = 50_000_000
+_DAMAGED = (OSError, ValueError, KeyError, EOFError, TypeError, ArithmeticError, RuntimeError, MemoryError)
+_DAMAGED_ZIP = (BadZipFile, zlib.error)
 
 
 class RecordingSensor:
@@ -136,7 +139,7 @@ class ReplaySensor:
         for path in paths:
             try:
                 frame = _read(path)
-            except (OSError, ValueError, KeyError, EOFError, TypeError, BadZipFile) as error:
+            except (*_DAMAGED, *_DAMAGED_ZIP) as error:
                 if path == paths[-1]:
                     return  # the recording was cut off while this frame was written
                 raise UsageError(f"this frame cannot be read: {error}", where=str(path)) from error
