@@ -138,20 +138,26 @@ def execute(options: argparse.Namespace) -> int:
     from autd_trials.calibration.provenance import Inputs
 
     refuse_existing(options.out, "calibration")
-    now = datetime.now(UTC).replace(microsecond=0)
-    inputs = Inputs(_stated(options), now)
+    stated = _stated(options)
     if options.acoustic:
-        return refine_by_sound(options, inputs, now)
+        now = _now()
+        return refine_by_sound(options, Inputs(stated, now), now)
     for suffix in (".png", ".svg"):
         refuse_existing(options.out.with_suffix(suffix), "picture")
     units = _count_units(options)
     _refuse_contradictions(options, units)
     names = options.names or [f"unit {number}" for number in range(1, units + 1)]
-    mounts = _mounts(options.mounts, names, inputs)
     if options.live:
-        _record(options, names, mounts)
+        _record(options, names, _mounts(options.mounts, names, Inputs(None, _now())))
+    now = _now()
+    inputs = Inputs(stated, now)
+    mounts = _mounts(options.mounts, names, inputs)
     paths = options.points or _recorded_tracks(options.live or options.recorded, names)
     return _from_tracks(options, _tracks(paths, names, inputs), mounts, inputs, now)
+
+
+def _now() -> datetime:
+    return datetime.now(UTC).replace(microsecond=0)
 
 
 def _stated(options: argparse.Namespace) -> "Capture | None":

@@ -39,14 +39,17 @@ class Node:
         self._outlet.__exit__(kind, error, trace)
 
     def send(self, times_s: Iterable[float], points_mm: NDArray[np.float64] | None = None) -> None:
-        """Send sightings, shape (n, 3), or frames without the target, once somebody listens."""
+        """Send sightings, shape (n, 3), or frames without the target."""
+        for row, time_s in enumerate(times_s):
+            frame = Frame(*_NO_PIXELS, time_s, "synthetic", next(self._numbers))
+            self._outlet.send(frame, None if points_mm is None else Sighting(points_mm[row], 0.9))
+
+    def wait_for_listener(self) -> None:
+        """Wait until somebody listens: what is sent before is heard by nobody."""
         deadline = time.monotonic() + _DEADLINE_S
         while not self._outlet.watched:
             assert time.monotonic() < deadline, "nobody listens"
             time.sleep(0.01)
-        for row, time_s in enumerate(times_s):
-            frame = Frame(*_NO_PIXELS, time_s, "synthetic", next(self._numbers))
-            self._outlet.send(frame, None if points_mm is None else Sighting(points_mm[row], 0.9))
 
     def send_now(self, frames: int = 1) -> None:
         """Send frames without the target, as of now."""

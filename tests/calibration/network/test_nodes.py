@@ -63,6 +63,7 @@ def test_both_units_are_found_and_what_they_see_comes_whole_and_in_order() -> No
     with Node(1, run=7) as first, Node(2, run=8) as second, Nodes(2, TIMEOUT_S) as nodes:
         times_s = [1 + number / 30 for number in range(200)]  # 0 would mean now
         for node in (first, second):
+            node.wait_for_listener()
             node.send(times_s)
         taken = take_until(nodes, lambda: min(state.samples for state in nodes.states) == 200)
         for unit, (state, samples) in enumerate(zip(nodes.states, taken, strict=True), start=1):

@@ -263,12 +263,14 @@ def test_a_damaged_frame_is_a_frame_or_is_told(
     (folder / "recording.json").write_bytes(header)
     (folder / "000000.npz").write_bytes(damaged)
     (folder / "000001.npz").write_bytes(frame)
+    assert played(folder) in ("2 frames", str(folder / "000000.npz"))
+
+
+def played(folder: Path) -> str:
     try:
-        frames = list(ReplaySensor(folder))
+        return f"{len(list(ReplaySensor(folder)))} frames"
     except UsageError as error:
-        assert "000000.npz" in str(error.where)
-    else:
-        assert len(frames) == 2
+        return str(error.where)
 
 
 @pytest.fixture(scope="module")
