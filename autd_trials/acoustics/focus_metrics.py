@@ -196,18 +196,18 @@ def _regions(energy: NDArray[np.float64], threshold: float = _THRESHOLD) -> NDAr
 
 def _lobes(grid: Grid, energy: NDArray[np.float64]) -> tuple[SideLobe, ...]:
     """Return the regions over the threshold beside the one of the maximum, the strongest first."""
-    from scipy.ndimage import maximum_position
-
     regions = _regions(energy)
     peak = np.unravel_index(energy.argmax(), energy.shape)
-    others = [number for number in range(1, int(regions.max()) + 1) if number != regions[peak]]
-    lobes = [
-        SideLobe(
-            level_db=float(10 * np.log10(energy[place] / energy[peak])),
-            distance_mm=float(np.linalg.norm((np.array(place) - np.array(peak)) @ grid.steps_mm)),
+    lobes = []
+    for number in set(range(1, int(regions.max()) + 1)) - {int(regions[peak])}:
+        place = np.unravel_index(np.where(regions == number, energy, 0).argmax(), energy.shape)
+        away = np.array(place) - np.array(peak)
+        lobes.append(
+            SideLobe(
+                level_db=float(10 * np.log10(energy[place] / energy[peak])),
+                distance_mm=float(np.linalg.norm(away @ grid.steps_mm)),
+            )
         )
-        for place in map(tuple, maximum_position(energy, regions, others) if others else [])
-    ]
     return tuple(sorted(lobes, key=lambda lobe: -lobe.level_db))
 
 
