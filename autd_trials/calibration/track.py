@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autd_trials.array.geometry import Vectors
-from autd_trials.calibration.joint import Wand
+from autd_trials.calibration.normal_equations import Wand
 from autd_trials.errors import UsageError
 from autd_trials.tables import Quantity, read_quantities
 
@@ -55,7 +55,7 @@ def read_track(path: Path, name: str) -> Track:
             where=str(path),
             do="see that its sensor runs and sees the target, and wave it for three minutes",
         )
-    _refuse_other_units_of_measure(rows[:, 1:], path)
+    refuse_other_units_of_measure(rows[:, 1:], path)
     return Track(name, rows[:, 0], rows[:, 1:])
 
 
@@ -77,7 +77,7 @@ def read_wand(path: Path, length_mm: float) -> Wand:
         raise UsageError(
             f"the wand was seen {len(rows)} times", where=str(path), do="show it in 60 poses or more"
         )
-    _refuse_other_units_of_measure(rows[:, :3], path)
+    refuse_other_units_of_measure(rows[:, :3], path)
     lengths_mm = np.linalg.norm(rows[:, :3] - rows[:, 3:], axis=1)
     median_mm = float(np.median(lengths_mm))
     if not 0.8 * length_mm < median_mm < 1.25 * length_mm:
@@ -91,11 +91,16 @@ def read_wand(path: Path, length_mm: float) -> Wand:
     return Wand(rows[right, :3], rows[right, 3:], length_mm)
 
 
-def _refuse_other_units_of_measure(points_mm: Vectors, path: Path) -> None:
+def refuse_other_units_of_measure(points_mm: Vectors, path: Path) -> None:
     """Refuse coordinates that cannot be millimetres, and say what they look like.
 
     What counts is how far the points lie from the origin or, where that lies among them as in frames of
     motion capture, how far they spread.
+
+    Raises
+    ------
+    UsageError
+        They look like another unit of length.
     """
     away = float(np.median(np.linalg.norm(points_mm, axis=1)))
     spread = float(np.ptp(np.quantile(points_mm, (0.1, 0.9), axis=0), axis=0).max())

@@ -14,7 +14,7 @@ from autd_trials.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from autd_trials.calibration.joint import Wand
+    from autd_trials.calibration.normal_equations import Wand
     from autd_trials.calibration.provenance import Capture, Inputs
     from autd_trials.calibration.rigid import RigidMotion
     from autd_trials.calibration.solve import Settings, Solution
@@ -32,6 +32,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         metavar="CSV",
         help="one track a unit (t_s,x_mm,y_mm,z_mm), the first unit's first",
+    )
+    source.add_argument(
+        "--pairs",
+        type=Path,
+        nargs="+",
+        metavar="CSV",
+        help="points without times, a row a point in the frames of unit 1 and another "
+        "(x1_mm,y1_mm,z1_mm,x2_mm,y2_mm,z2_mm): a file for unit 2, one for unit 3, ...",
     )
     source.add_argument(
         "--live",
@@ -113,6 +121,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="estimate a constant error of every sensor's range (yes; the paper's method cannot)",
     )
     parser.add_argument(
+        "--viewpoint",
+        action=argparse.BooleanOptionalAction,
+        help="the points were seen from the origin of their frames, as by cameras, and err along the ray "
+        "(yes; with --pairs no: robots, motion capture, SLAM)",
+    )
+    parser.add_argument(
         "--wand",
         type=Path,
         nargs="+",
@@ -152,6 +166,8 @@ def execute(options: argparse.Namespace) -> int:
     now = _now()
     inputs = Inputs(stated, now)
     mounts = _mounts(options.mounts, names, inputs)
+    if options.pairs:
+        return _from_pairs(options, names, mounts, inputs, now)
     paths = options.points or _recorded_tracks(options.live or options.recorded, names)
     return _from_tracks(options, _tracks(paths, names, inputs), mounts, inputs, now)
 
@@ -203,6 +219,32 @@ def _from_tracks(
     return _write(options, solution)
 
 
+def _from_pairs(
+    options: argparse.Namespace,
+    names: "Sequence[str]",
+    mounts: "list[RigidMotion] | None",
+    inputs: "Inputs",
+    now: datetime,
+) -> int:
+    from autd_trials.acoustics.air import Air
+    from autd_trials.calibration.pairs import read_pairs, solve_pairs
+
+    pairs = [read_pairs(path, unit) for unit, path in enumerate(options.pairs, start=2)]
+    for path in options.pairs:
+        inputs.add_data("pairs", path)
+    solution = solve_pairs(
+        pairs,
+        names,
+        _settings(options),
+        time=now,
+        air=Air(),
+        mounts=mounts,
+        inputs=inputs.sha256,
+        sources=inputs.sources,
+    )
+    return _write(options, solution)
+
+
 def _write(options: argparse.Namespace, solution: "Solution") -> int:
     """Write the calibration and its picture, and say what it is worth."""
     from autd_trials.calibration.file import write_calibration
@@ -228,6 +270,8 @@ def _count_units(options: argparse.Namespace) -> int:
 
     if options.points:
         return len(options.points)
+    if options.pairs:
+        return len(options.pairs) + 1
     return int(options.units) if options.live else recorded_units(options.recorded)
 
 
@@ -278,6 +322,8 @@ def _refuse_contradictions(options: argparse.Namespace, units: int) -> None:
         raise UsageError(
             f"--names gives {len(options.names)} names for {units} units", do="give one for each unit"
         )
+    if options.pairs and (options.pairing or options.wand):
+        raise UsageError("points without times are paired already", do="leave out --pairing and --wand")
     _refuse_names(options.names or ())
     if options.method == "paper" and (options.range_bias or options.wand):
         raise UsageError(
@@ -301,8 +347,8 @@ def _refuse_names(names: "Sequence[str]") -> None:
 
 
 def _settings(options: argparse.Namespace) -> "Settings":
-    from autd_trials.calibration.joint import SensorNoise
     from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
+    from autd_trials.calibration.sensor_model import SensorNoise
     from autd_trials.calibration.solve import Settings
 
     return Settings(
@@ -310,6 +356,7 @@ def _settings(options: argparse.Namespace) -> "Settings":
         pairing=options.pairing or ("nearest" if options.method == "paper" else "interpolated"),
         mad_factor=options.mad_factor or NORMAL_MAD_FACTOR,
         range_bias=options.method == "joint" and options.range_bias is not False,
+        viewpoint=options.viewpoint,
         noise=SensorNoise(*options.noise),
         target_mm=options.target,
         seed=options.seed,

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from autd_trials.calibration.joint import SensorNoise
 from autd_trials.calibration.registration import register_jointly, register_paper
 from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
+from autd_trials.calibration.sensor_model import SensorNoise
 from autd_trials.errors import UsageError
 from tests.calibration.scenes import Scene, cube, scene
 

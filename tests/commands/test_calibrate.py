@@ -11,7 +11,7 @@ from autd_trials.calibration.file import load_calibration
 from autd_trials.calibration.provenance import Capture, Origin, sidecar_path, sidecar_text
 from autd_trials.calibration.track import Track
 from tests.calibration.full_disk import largest_file
-from tests.calibration.scenes import cube, record, scene, write_track, write_tracks
+from tests.calibration.scenes import Scene, cube, record, scene, write_track, write_tracks
 from tests.commands.conftest import Run, WriteRig
 
 AROUND = scene(0, 75)
@@ -257,3 +257,69 @@ def test_a_full_disk_leaves_a_whole_calibration_or_none(
     assert {name for name in new if name.endswith(".yaml")} == set(left)
     if left:
         load_calibration(tmp_path / "c.yaml")
+
+
+PAIRS_HEADER = "x1_mm,y1_mm,z1_mm,x2_mm,y2_mm,z2_mm"
+
+
+def write_pairs(path: Path, rows: np.ndarray, header: str = PAIRS_HEADER) -> Path:
+    np.savetxt(path, rows, delimiter=",", header=header, comments="")
+    return path
+
+
+@pytest.fixture
+def three_units() -> tuple[Scene, list[np.ndarray]]:
+    """Three units, and the same points as units 1 and 2, and 1 and 3, have them."""
+    around, generator = scene(0, 75, -60), np.random.default_rng(3)
+    points = cube(200, 400, generator)
+    return around, [
+        np.hstack([around.seen(points, unit, generator) for unit in (0, other)]) for other in (1, 2)
+    ]
+
+
+@pytest.mark.parametrize("way", [(), ("--viewpoint",), ("--method", "paper")])
+def test_pairs_without_times_give_a_calibration(
+    run: Run, tmp_path: Path, three_units: tuple[Scene, list[np.ndarray]], way: tuple[str, ...]
+) -> None:
+    around, rows = three_units
+    paths = [write_pairs(tmp_path / f"pairs{number}.csv", each) for number, each in enumerate(rows)]
+    out = tmp_path / "c.yaml"
+    result = run("calibrate", "--pairs", *paths, "--out", out, *OUTSIDE, *way, "--json")
+    assert result.code == 0
+    written = load_calibration(out)[0]
+    assert [unit.name for unit in written.units] == ["unit 1", "unit 2", "unit 3"]
+    for unit, motion in zip(written.units, around.motions, strict=True):
+        assert unit.translation_mm == pytest.approx(motion.translation_mm, abs=4)
+    assert [(each.what, each.sensor) for each in written.sources] == [("pairs", "motion capture")] * 2
+    assert written.origin == "measured"
+    assert not any("clock_offset" in name for name in written.settings)
+
+
+@pytest.mark.parametrize(
+    ("factor", "count", "header", "message"),
+    [
+        (1, 3, PAIRS_HEADER, "there are 3 pairs of points"),
+        (0.001, 50, PAIRS_HEADER, "looks like metres"),
+        (1, 50, "a,b,c,d,e,f", "the columns x1_mm, y1_mm, z1_mm, x2_mm, y2_mm, z2_mm are missing"),
+        (1e305, 50, PAIRS_HEADER, "x1_mm"),
+    ],
+)
+def test_wrong_pairs_are_told(
+    run: Run,
+    tmp_path: Path,
+    three_units: tuple[Scene, list[np.ndarray]],
+    factor: float,
+    count: int,
+    header: str,
+    message: str,
+) -> None:
+    path = write_pairs(tmp_path / "pairs.csv", factor * three_units[1][0][:count], header)
+    result = run("calibrate", "--pairs", path, "--out", tmp_path / "c.yaml")
+    assert result.code == 2
+    assert message in result.err
+
+
+def test_what_belongs_to_times_is_refused_with_pairs(run: Run, tmp_path: Path) -> None:
+    result = run("calibrate", "--pairs", "p.csv", "--pairing", "nearest", "--out", tmp_path / "c.yaml")
+    assert result.code == 2
+    assert "points without times are paired already" in result.err
