@@ -3,15 +3,24 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autd_trials.acoustics.air import Air
 from autd_trials.array.geometry import Vectors
+from autd_trials.calibration.provenance import Source
 from autd_trials.calibration.rigid import RigidMotion
 from autd_trials.calibration.solve import Settings, Sightings, Solution, solve
+from autd_trials.calibration.track import refuse_other_units_of_measure
 from autd_trials.errors import UsageError
+from autd_trials.tables import Quantity, read_quantities
+
+COLUMNS = ("x1_mm", "y1_mm", "z1_mm", "x2_mm", "y2_mm", "z2_mm")
+"""Columns of a file of pairs: a point in the first unit's frame, and in the other one's."""
+
+_FEWEST_POINTS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +41,27 @@ class PairedPoints:
     points_second_mm: Vectors
 
 
+def read_pairs(path: Path, second: int) -> PairedPoints:
+    """Read a file of points in the frames of unit 1 and of another one (CSV).
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read, has other columns or values, fewer than 4 points, or distances that cannot be
+        millimetres.
+    """
+    rows = read_quantities(path, "file of pairs", list(map(Quantity, COLUMNS)), advice="mm in both frames")
+    if len(rows) < _FEWEST_POINTS:
+        raise UsageError(
+            f"there are {len(rows)} pairs of points",
+            where=str(path),
+            do=f"give 100 or more all over the workspace; at least {_FEWEST_POINTS} are needed for a pose",
+        )
+    for points_mm in (rows[:, :3], rows[:, 3:]):
+        refuse_other_units_of_measure(points_mm, path)
+    return PairedPoints(1, second, rows[:, :3], rows[:, 3:])
+
+
 def solve_pairs(
     pairs: Sequence[PairedPoints],
     names: Sequence[str],
@@ -41,6 +71,7 @@ def solve_pairs(
     air: Air,
     mounts: Sequence[RigidMotion] | None = None,
     inputs: dict[str, str] | None = None,
+    sources: Sequence[Source] = (),
 ) -> Solution:
     """Return where the units stand; other parameters as for `autd_trials.calibration.solve.calibrate`.
 
@@ -59,7 +90,7 @@ def solve_pairs(
         Pairs name units that do not exist or do not hold as many points in both frames; or as for tracks.
     """
     sightings = Sightings(names, _stacked(pairs, len(names)), viewpoint=False)
-    return solve(sightings, settings, time=time, air=air, mounts=mounts, inputs=inputs)
+    return solve(sightings, settings, time=time, air=air, mounts=mounts, inputs=inputs, sources=sources)
 
 
 def _stacked(pairs: Sequence[PairedPoints], units: int) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ from autd_trials.calibration.impossible import refuse_impossible
 from autd_trials.calibration.joint import JointEstimate
 from autd_trials.calibration.normal_equations import Wand
 from autd_trials.calibration.pairing import pair_interpolated, pair_nearest
+from autd_trials.calibration.provenance import Source, provenance
 from autd_trials.calibration.registration import Registered, register_jointly, register_paper
 from autd_trials.calibration.rigid import RigidMotion
 from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
@@ -152,6 +153,7 @@ def calibrate(
     mounts: Sequence[RigidMotion] | None = None,
     wands: Sequence[Wand] = (),
     inputs: dict[str, str] | None = None,
+    sources: Sequence[Source] = (),
 ) -> Solution:
     """Return where the units stand.
 
@@ -162,7 +164,7 @@ def calibrate(
     settings
         How to calibrate.
     time
-        When the target was waved; aware.
+        When this is computed; aware.
     air
         The air, for the prediction of the energy.
     mounts
@@ -171,6 +173,8 @@ def calibrate(
         What each unit saw of a wand of known length, to estimate errors of the range.
     inputs
         SHA-256 of each file that was read.
+    sources
+        Where each of them comes from; unknown if there are none.
 
     Raises
     ------
@@ -179,7 +183,9 @@ def calibrate(
         would lie behind a unit.
     """
     sightings = _paired(tracks, settings, np.random.default_rng(settings.seed))
-    return solve(sightings, settings, time=time, air=air, mounts=mounts, wands=wands, inputs=inputs)
+    return solve(
+        sightings, settings, time=time, air=air, mounts=mounts, wands=wands, inputs=inputs, sources=sources
+    )
 
 
 def solve(
@@ -191,6 +197,7 @@ def solve(
     mounts: Sequence[RigidMotion] | None = None,
     wands: Sequence[Wand] = (),
     inputs: dict[str, str] | None = None,
+    sources: Sequence[Source] = (),
 ) -> Solution:
     """Return where the units stand, from points that are paired; other parameters as for `calibrate`.
 
@@ -216,7 +223,7 @@ def solve(
     refuse_impossible(registered, names, cameras)
     calibration = Calibration(
         frame=FRAME,
-        made_up=False,
+        **provenance(sources),
         method=_method(sightings, settings, wands, registered.joint),
         time=time,
         inputs=inputs or {},
