@@ -22,7 +22,7 @@ class SessionStart(_Event):
     """The first line: everything needed to know, judge and repeat the session."""
 
     event: Literal["session-start"] = "session-start"
-    format: Literal[1] = 1
+    format: Literal[1, 2] = 2
     participant: str
     session: str
     simulated: bool
