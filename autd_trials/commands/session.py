@@ -166,7 +166,7 @@ def _record_resume(
         devices=devices,
         versions=versions(),
     )
-    if study.protocol_sha256 != start.protocol_sha256:
+    if study.protocol != start.protocol:
         recorder.record(
             Note, text="the protocol file was changed since; the session goes on with the recorded one"
         )
