@@ -6,6 +6,7 @@ from typing import Protocol
 
 from pydantic import Field
 
+from autd_trials.model import Model
 from autd_trials.stimulus import StimulusFields
 
 
@@ -18,15 +19,14 @@ class Stimulus(StimulusFields):
     target_mm: tuple[float, float, float] = Field(description="The focus in mm in the calibrated frame.")
 
 
-@dataclass(frozen=True)
-class ArrayInfo:
+class ArrayInfo(Model):
     """What the log keeps of an array; `emulated` is what the firmware says, not what the rig file hopes."""
 
     driver: str
     link: str
     emulated: bool
-    devices: int
-    transducers: int
+    devices: int = Field(ge=0)
+    transducers: int = Field(ge=0)
     firmware: tuple[str, ...]
 
 
@@ -92,6 +92,9 @@ class ArrayDriver(Protocol):
 
     def check(self, stimuli: Sequence[Stimulus]) -> None:
         """Refuse (UnsafeError, UsageError) what could not be emitted one after the other under the limits."""
+
+    def earliest_s(self, stimulus: Stimulus, onset_s: float) -> float:
+        """Return the earliest host time from `onset_s` on at which the limits let a stimulus begin."""
 
     def arm(self, stimulus: Stimulus) -> Exposure:
         """Preload a stimulus in silence; return what it would do. Refuses as `check` does."""

@@ -7,7 +7,7 @@ import numpy as np
 from autd_trials.array.driver import Stimulus
 from autd_trials.array.geometry import UnitPose
 from autd_trials.errors import UnsafeError, UsageError
-from autd_trials.stimulus import DUTY_WINDOW_S, Excess, Limits, duty_until, exposure_s, total_exposure_s
+from autd_trials.stimulus import DUTY_WINDOW_S, Excess, Limits, duty_until, earliest_onset_s, exposure_s, total_exposure_s
 
 NEAREST_MM, FARTHEST_MM = 200.0, 2500.0
 STEEPEST_DEG = 60.0
@@ -40,6 +40,12 @@ class ExposureMeter:
             self._refuse_burst(stimulus)
         total_s = self._used_s + total_exposure_s(stimuli)
         _refuse(self._limits.excess("session_exposure_s", total_s))
+
+    def earliest_s(self, stimulus: Stimulus, onset_s: float) -> float:
+        """Return the earliest time from `onset_s` on at which the share of on-time allows the burst."""
+        if stimulus.drive == 0:
+            return onset_s
+        return earliest_onset_s(self._bursts, stimulus.duration_s, self._limits.largest_duty, onset_s)
 
     def refuse_too_soon(self, stimulus: Stimulus, onset_s: float) -> None:
         """Raise UnsafeError if the burst, begun at `onset_s`, would make the share of on-time too large."""

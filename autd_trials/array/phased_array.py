@@ -114,6 +114,10 @@ class PhasedArray:
             self._burst(stimulus)
         self._meter.refuse_unsafe(stimuli)
 
+    def earliest_s(self, stimulus: Stimulus, onset_s: float) -> float:
+        """Return the earliest host time from `onset_s` on at which the share of on-time allows a stimulus."""
+        return self._meter.earliest_s(stimulus, onset_s)
+
     def arm(self, stimulus: Stimulus) -> Exposure:
         """Preload a stimulus in silence; return its exposure and the level at the ears."""
         self._backend.halted.refuse()
