@@ -42,9 +42,7 @@ class Line:
         if match is None:
             return cls(raw, raw, None, None)
         number, event, chain = match.groups()
-        return cls(
-            b'{"n":%b,%b}' % (number, event), b"{%b}" % event, int(number), chain.decode("ascii")
-        )
+        return cls(b'{"n":%b,%b}' % (number, event), b"{%b}" % event, int(number), chain.decode("ascii"))
 
 
 @dataclass(frozen=True)

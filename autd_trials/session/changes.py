@@ -1,4 +1,4 @@
-"""What differs where a session goes on, from what it ran on before: told, and refused where it is less safe."""
+"""What is not as before where a session goes on: it is recorded, and refused where it is less safe."""
 
 from collections.abc import Iterator
 
@@ -22,7 +22,7 @@ def rig_changes(before: Standing, rig: Json, calibration_sha256: str) -> tuple[s
 
 
 def device_changes(before: DeviceDescriptions, now: DeviceDescriptions) -> tuple[str, ...]:
-    """Return a line for each thing that the devices say otherwise than before; each link has a new address."""
+    """Return a line for each thing that the devices say otherwise than before; addresses are new."""
     said = (before.model_dump(mode="json"), now.model_dump(mode="json"))
     return tuple(line for line in _differences("devices", *said) if not line.startswith("devices.array.link"))
 
@@ -33,7 +33,7 @@ def refuse_less_safe(before: Standing, rig: Json, limits: Limits) -> None:
     Raises
     ------
     UsageError
-        An emulated array in place of a real one, or the other way round: one of the two would pass as the other.
+        An emulated array in place of a real one, or the other way round: one would pass as the other.
     UnsafeError
         A limit is looser than it was.
     """

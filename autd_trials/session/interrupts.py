@@ -10,10 +10,6 @@ from types import FrameType
 
 from autd_trials.errors import StoppedByPerson
 
-RESUME_ADVICE = (
-    "to go on with this session, add --resume with its --participant and --session to the same command"
-)
-
 _PAUSE = "SIGINT"
 _ABORT = {"SIGTERM": "ended by SIGTERM", "SIGHUP": "the terminal was closed", "SIGQUIT": "ended by SIGQUIT"}
 _SIGNALS = {getattr(signal, name): name for name in (_PAUSE, *_ABORT) if hasattr(signal, name)}
@@ -23,9 +19,9 @@ _SIGNALS = {getattr(signal, name): name for name in (_PAUSE, *_ABORT) if hasattr
 class Interrupts:
     """The first request pauses the session at the next safe point, the second aborts it.
 
-    An abort silences the array at once, in the thread in which it is requested (`on_abort`); the runner,
-    which looks at the flags at least every `Clock.poll_s`, then logs it. So no write to the log and no command
-    to the array is torn in two, and no stop waits for them either.
+    An abort silences the array at once, in the thread in which it is requested (`on_abort`); the runner looks
+    at the flags at least every `Clock.poll_s` and then logs it. So no write to the log and no command to the
+    array is torn in two, and no stop waits for them either.
 
     Attributes
     ----------
@@ -66,7 +62,7 @@ class Interrupts:
     def obey(self) -> None:
         """Raise StoppedByPerson if an abort was requested."""
         if self.abort_requested:
-            raise StoppedByPerson(self.why, do=RESUME_ADVICE)
+            raise StoppedByPerson(self.why)
 
     @contextmanager
     def on_signals(self, *, in_a_thread: bool) -> Iterator[None]:

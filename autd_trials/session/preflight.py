@@ -1,7 +1,7 @@
 """Whether a session may be run, judged over rig and protocol before anything is recorded."""
 
-from collections.abc import Iterable
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -81,13 +81,18 @@ class Preflight:
             )
         if self.adaptive_trials is not None and self.adaptive_trials < _FEW_TRIALS:
             remarks.append(
-                f"the shortest adaptive run has {self.adaptive_trials} trials, too few for a threshold as a rule"
+                f"the shortest adaptive run has {self.adaptive_trials} trials: few for a threshold"
             )
         return tuple(remarks)
 
 
 def preflight(
-    protocol: Protocol, plan: Plan, array: ArrayDriver, limits: Limits, used: Used, trials: Iterable[PlannedTrial]
+    protocol: Protocol,
+    plan: Plan,
+    array: ArrayDriver,
+    limits: Limits,
+    used: Used,
+    trials: Iterable[PlannedTrial],
 ) -> Preflight:
     """Judge the trials of a session that are to be run.
 

@@ -68,8 +68,8 @@ class PressBook:
         self._recorder.record_all(ResponseMade, [self._fields(press) for press in kept])
         if len(kept) < len(presses):
             raise DeviceError(
-                f"more than {MOST_PRESSES} presses in {IN_S:g} s; {len(presses) - len(kept)} of them were not "
-                "recorded",
+                f"more than {MOST_PRESSES} presses in {IN_S:g} s; "
+                f"{len(presses) - len(kept)} of them were not recorded",
                 where="responder",
                 do="look for a button or a key that sticks, and check the box's protocol; then go on",
             )

@@ -73,7 +73,8 @@ class Recorder:
         events: list[Any] = [kind(**stamp, **fields) for fields in all_fields]
         if step_s is not None:
             events.insert(
-                0, Note(**stamp, text=f"the computer's wall clock was stepped by {step_s:+.3f} s; t_s was not")
+                0,
+                Note(**stamp, text=f"the computer's wall clock was stepped by {step_s:+.3f} s; t_s was not"),
             )
         if events:
             self._log.append_all(events)

@@ -11,7 +11,7 @@ from autd_trials.protocol.plan import Plan, PlannedBlock, PlannedTrial
 from autd_trials.protocol.schema import Protocol
 from autd_trials.session.devices import Devices, array_stimulus
 from autd_trials.session.events import BlockStart, Fault, Note, Pause, Resume, SessionEnd
-from autd_trials.session.interrupts import RESUME_ADVICE, Interrupts
+from autd_trials.session.interrupts import Interrupts
 from autd_trials.session.operator import Operator
 from autd_trials.session.presses import PressBook
 from autd_trials.session.recorder import Recorder
@@ -20,6 +20,9 @@ from autd_trials.session.tracks import Tracks
 from autd_trials.session.trial import Ended, TrialRunner
 from autd_trials.session.watch import Watch
 
+_RESUME_ADVICE = (
+    "to go on with this session, add --resume with its --participant and --session to the same command"
+)
 _NOTED_S = 0.001  # a delay that is worth a note; less is rounding
 _MASKER_LEAD_S = 2.0
 """The masker plays this long before a trial may start: sound devices begin with gaps of up to 0.9 s."""
@@ -119,19 +122,20 @@ class SessionRunner:
             self._run_blocks()
         except BaseException as error:
             silence(self._devices.array, self._recorder, self._clock)
-            self._record_end(error)
-            self._interrupts.obey()  # what an abort makes fail is no fault of its own
+            why, by_person = self._why(error)
+            self._recorder.record(SessionEnd, status="aborted" if by_person else "failed", why=why)
+            if by_person:
+                raise StoppedByPerson(why, do=_RESUME_ADVICE) from error
             raise
         silence(self._devices.array, self._recorder, self._clock)
         self._recorder.record(SessionEnd, status="success", why="all trials complete")
 
-    def _record_end(self, error: BaseException) -> None:
+    def _why(self, error: BaseException) -> tuple[str, bool]:
+        """Return why the session ended and whether a person ended it, which makes other things fail too."""
         if self._interrupts.abort_requested:
-            status, why = "aborted", self._interrupts.why
-        else:
-            status = "aborted" if isinstance(error, StoppedByPerson | KeyboardInterrupt) else "failed"
-            why = error.what if isinstance(error, TrialsError) else repr(error)
-        self._recorder.record(SessionEnd, status=status, why=why)
+            return self._interrupts.why, True
+        why = error.what if isinstance(error, TrialsError) else repr(error)
+        return why, isinstance(error, StoppedByPerson | KeyboardInterrupt)
 
     def _run_blocks(self) -> None:
         for number, (block, trials) in enumerate(self._to_do):
@@ -206,7 +210,7 @@ class SessionRunner:
 
     def _pause(self, reason: str) -> None:
         if not self._ask_to_go_on(reason):
-            raise StoppedByPerson("stopped in a pause", do=RESUME_ADVICE)
+            raise StoppedByPerson("stopped in a pause")
         self._recorder.record(Resume, after_crash=False, confirmed_by=self._operator.confirmed_by)
 
     def _pause_for(self, fault: DeviceError) -> None:

@@ -155,7 +155,7 @@ class Standing:
         return sum(self.attempts.values()) - len(self.complete)
 
     @property
-    def ended(self) -> bool:
+    def finished(self) -> bool:
         """Whether the session came to an end, good or bad."""
         return self.status != "interrupted"
 
@@ -254,7 +254,7 @@ class Standing:
         )
 
     def _presented(self, planned: PlannedTrial, level: Level | None) -> StimulusSpec:
-        """Return a trial's stimulus at its level; at the largest, as planned, if the level is none there is."""
+        """Return a trial's stimulus at its level; at the largest, as planned, if the level is unknown."""
         method = self.start.protocol.method
         if method is None or planned.trial_type == "catch" or level not in method.levels:
             return planned.stimulus
