@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 DEMO ?= data/demo-$(shell date +%Y%m%d-%H%M%S)
+MINUTES ?= 60
 
-.PHONY: demo test bench images statistics paper clean
+.PHONY: demo test fuzz bench images statistics paper clean
 
 demo: $(VENV)/.installed
 	@$(BIN)/run-protocol chest.yaml --simulate 8 --seed 1 --data $(DEMO)
@@ -16,7 +17,12 @@ test: $(VENV)/.installed-for-tests
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses auto --dist loadfile
+
+# Every property over new random examples, round after round, and mutated files through the commands.
+fuzz: $(VENV)/.installed-for-tests
+	@tests/system-packages
+	$(BIN)/python tests/fuzz/run.py --minutes $(MINUTES)
 
 bench: $(VENV)/.installed-for-tests
 	@for script in tests/benchmarks/bench_*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done

@@ -112,6 +112,18 @@ def lies_at(descriptor: int, path: Path) -> bool:
     return here.st_nlink > 0 and (here.st_dev, here.st_ino) == (there.st_dev, there.st_ino)
 
 
+def since_boot() -> tuple[str | None, float]:
+    """Return which boot of the computer this is, and seconds since then on a clock that nobody sets.
+
+    The boot is None where the system does not say, on all but Linux.
+    """
+    boot: str | None = None
+    with contextlib.suppress(OSError):
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+    clock = getattr(time, "CLOCK_BOOTTIME", None)  # goes on while the computer sleeps
+    return boot, time.monotonic() if clock is None else time.clock_gettime(clock)
+
+
 def sync_folder(folder: Path) -> None:
     """Make the names in a folder durable; on Windows, where folders cannot be opened, nothing is done."""
     if sys.platform == "win32":

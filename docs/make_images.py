@@ -97,7 +97,7 @@ def _draw_fields(folder: Path) -> None:
 
 def _draw_calibration(folder: Path) -> None:
     """Let two simulated sensors watch the made-up scene for three minutes, and calibrate by that."""
-    scene = LoadedScene(find_file("emulated", kind="scene", package="protocols.scenes"))
+    scene = LoadedScene(find_file("emulated", kind="scene", folder="scenes"))
     tracks = [str(_watch(scene, unit, folder / f"unit{unit}.csv")) for unit in (1, 2)]
     out = ["--out", str(folder / "calibration.yaml")]
     aim = ["--mounts", "emulated-mounts", "--target", "302,225,1000"]
@@ -152,7 +152,7 @@ def _rate(results: Results, modulation_hz: float, clothing: str) -> float:
 def _write_rig(folder: Path, error_mm: float) -> Path:
     """Write the emulated rig with unit 2 really standing elsewhere; return its file."""
     folder.mkdir()
-    shipped = find_file("emulated", kind="rig", package="protocols.rigs")
+    shipped = find_file("emulated", kind="rig", folder="rigs")
     calibration_file = shipped.with_name("emulated-calibration.yaml")
     unit = load_calibration(calibration_file)[0].unit_poses()[1]
     standing = moved(unit, np.array([0.0, 0.0, error_mm]), np.zeros(3))

@@ -8,6 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from autd_trials.stimulus import DRIVE_STEPS
+
 ULTRASOUND_HZ = 40_000.0
 RADIUS_MM = 5.0
 
@@ -32,7 +34,6 @@ diagram (0, 0, 0, -1, -3, -6, -9, -12, -14, -15 dB)."""
 
 _DEGREE = 6
 _PULSE_WIDTHS = 512
-_FULL_INTENSITY = 255
 
 
 @lru_cache
@@ -64,6 +65,6 @@ def relative_amplitude(intensity: int | NDArray[np.integer]) -> NDArray[np.float
         sin(pi w / 512), with the pulse width w = 512 / pi arcsin(intensity / 255), rounded, that the firmware
         makes of the intensity: the amplitude is in proportion to the byte but for that rounding.
     """
-    width = np.rint(_PULSE_WIDTHS / np.pi * np.arcsin(np.asarray(intensity) / _FULL_INTENSITY))
+    width = np.rint(_PULSE_WIDTHS / np.pi * np.arcsin(np.asarray(intensity) / DRIVE_STEPS))
     amplitude: NDArray[np.float64] = np.sin(np.pi * width / _PULSE_WIDTHS)
     return amplitude

@@ -12,9 +12,10 @@ from autd_trials.acoustics.reference import reference_pressure
 from autd_trials.acoustics.sources import Medium
 from autd_trials.acoustics.transducer import relative_amplitude
 from autd_trials.array.driver import Stimulus
-from autd_trials.array.emission import FULL_INTENSITY, focused_sources
+from autd_trials.array.emission import focused_sources
 from autd_trials.array.geometry import UnitPose, Vectors
 from autd_trials.errors import UnsafeError
+from autd_trials.stimulus import DRIVE_STEPS
 
 WARNING_LEVEL_DB = 100.0
 """What AGNIR (2010) recommends for the public above 25 kHz."""
@@ -62,7 +63,7 @@ class EarWatch:
 
     def level_db(self, stimulus: Stimulus) -> float | None:
         """Return the largest level at the ears in dB SPL, at the envelope's peak; None if it is silent."""
-        amplitude = float(relative_amplitude(round(FULL_INTENSITY * stimulus.drive)))
+        amplitude = float(relative_amplitude(round(DRIVE_STEPS * stimulus.drive)))
         if amplitude == 0:
             return None
         if stimulus.target_mm not in self._full_drive_db:

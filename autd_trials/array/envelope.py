@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from autd_trials.array.driver import Stimulus
 from autd_trials.errors import UsageError
+from autd_trials.stimulus import LARGEST_MODULATION_HZ
 
 SAMPLE_RATE_HZ = 4000
 LARGEST_BUFFER = 65536
-LARGEST_MODULATION_HZ = 1000.0
 
 _SMALLEST_BUFFER = 2
 _FULL = 255

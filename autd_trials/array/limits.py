@@ -1,58 +1,24 @@
 """The limits that protect people: what goes over them is refused, never clipped."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
 from autd_trials.array.driver import Stimulus
 from autd_trials.array.geometry import UnitPose
 from autd_trials.errors import UnsafeError, UsageError
+from autd_trials.stimulus import (
+    DUTY_WINDOW_S,
+    Excess,
+    Limits,
+    duty_until,
+    earliest_onset_s,
+    exposure_s,
+    total_exposure_s,
+)
 
-DUTY_WINDOW_S = 60.0
 NEAREST_MM, FARTHEST_MM = 200.0, 2500.0
 STEEPEST_DEG = 60.0
-
-_ROUNDING_S = 1e-9
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Largest drive (0..1), longest burst, largest share of on-time in any 60 s, exposure of a session.
-
-    Exposure is the sum of drive^2 x duration: seconds at full drive, whatever the envelope.
-    """
-
-    largest_drive: float
-    longest_burst_s: float
-    largest_duty: float
-    session_exposure_s: float
-
-    def and_also(self, other: "Limits") -> "Limits":
-        """Return the limits under which both hold (a protocol's and its rig's, say)."""
-        return Limits(
-            min(self.largest_drive, other.largest_drive),
-            min(self.longest_burst_s, other.longest_burst_s),
-            min(self.largest_duty, other.largest_duty),
-            min(self.session_exposure_s, other.session_exposure_s),
-        )
-
-
-def exposure_s(stimulus: Stimulus) -> float:
-    """Return a burst's exposure in s at full drive: drive^2 x duration."""
-    return stimulus.drive**2 * stimulus.duration_s
-
-
-def duty_until(bursts: Iterable[tuple[float, float]], end_s: float) -> float:
-    """Return the share of on-time in the 60 s before `end_s`, given each burst's (onset_s, end_s)."""
-    start_s = end_s - DUTY_WINDOW_S
-    on_s = sum(max(0.0, min(off_s, end_s) - max(onset_s, start_s)) for onset_s, off_s in bursts)
-    return on_s / DUTY_WINDOW_S
-
-
-def largest_duty(bursts: Sequence[tuple[float, float]]) -> float:
-    """Return the largest share of on-time in any 60 s; the window that holds most ends where a burst ends."""
-    return max((duty_until(bursts, off_s) for _, off_s in bursts), default=0.0)
 
 
 class ExposureMeter:
@@ -62,14 +28,25 @@ class ExposureMeter:
     ----------
     limits
         The limits.
-    used_s
-        Exposure that the session has already used, in s at full drive (for a resumed session).
+    used_s, daily_used_s
+        Exposure that the session, and its participant in the 24 h before, have already used, in s at full
+        drive (for a resumed session, and for a second one on a day).
+    earlier_bursts
+        When earlier bursts began and ended, on the host's clock; the newest last.
     """
 
-    def __init__(self, limits: Limits, used_s: float = 0.0) -> None:
+    def __init__(
+        self,
+        limits: Limits,
+        used_s: float = 0.0,
+        *,
+        daily_used_s: float = 0.0,
+        earlier_bursts: Sequence[tuple[float, float]] = (),
+    ) -> None:
         self._limits = limits
         self._used_s = used_s
-        self._bursts: list[tuple[float, float]] = []
+        self._daily_used_s = daily_used_s
+        self._bursts = list(earlier_bursts)
 
     @property
     def used_s(self) -> float:
@@ -80,18 +57,26 @@ class ExposureMeter:
         """Raise UnsafeError unless all of these bursts may still be emitted, one after the other."""
         for stimulus in stimuli:
             self._refuse_burst(stimulus)
-        total_s = self._used_s + sum(exposure_s(stimulus) for stimulus in stimuli)
-        _refuse_over("the session's exposure in s at full drive", total_s, self._limits.session_exposure_s)
+        planned_s = total_exposure_s(stimuli)
+        _refuse(self._limits.excess("session_exposure_s", self._used_s + planned_s))
+        _refuse(self._limits.excess("daily_exposure_s", self._daily_used_s + planned_s))
+
+    def earliest_s(self, stimulus: Stimulus, onset_s: float) -> float:
+        """Return the earliest time from `onset_s` on at which the share of on-time allows the burst."""
+        if stimulus.drive == 0:
+            return onset_s
+        return earliest_onset_s(self._bursts, stimulus.duration_s, self._limits.largest_duty, onset_s)
 
     def refuse_too_soon(self, stimulus: Stimulus, onset_s: float) -> None:
         """Raise UnsafeError if the burst, begun at `onset_s`, would make the share of on-time too large."""
         end_s = onset_s + stimulus.duration_s
         bursts = [*self._bursts, (onset_s, end_s)] if stimulus.drive > 0 else self._bursts
-        _refuse_over("the share of on-time in 60 s", duty_until(bursts, end_s), self._limits.largest_duty)
+        _refuse(self._limits.excess("largest_duty", duty_until(bursts, end_s)))
 
     def charge(self, stimulus: Stimulus, onset_s: float) -> None:
         """Put a burst on the account; in full, even if it is aborted later."""
         self._used_s += exposure_s(stimulus)
+        self._daily_used_s += exposure_s(stimulus)
         if stimulus.drive > 0:
             self._bursts = [burst for burst in self._bursts if burst[1] > onset_s - DUTY_WINDOW_S]
             self._bursts.append((onset_s, onset_s + stimulus.duration_s))
@@ -99,11 +84,10 @@ class ExposureMeter:
     def _refuse_burst(self, stimulus: Stimulus) -> None:
         if not 0 <= stimulus.drive <= 1:
             raise UsageError(f"the stimulus's drive is {stimulus.drive}", do="make drive 0 to 1")
-        _refuse_over("the drive", stimulus.drive, self._limits.largest_drive)
-        _refuse_over("the burst's length in s", stimulus.duration_s, self._limits.longest_burst_s)
+        _refuse(self._limits.excess("largest_drive", stimulus.drive))
+        _refuse(self._limits.excess("longest_burst_s", stimulus.duration_s))
         if stimulus.drive > 0:
-            duty = stimulus.duration_s / DUTY_WINDOW_S
-            _refuse_over("the share of on-time in 60 s", duty, self._limits.largest_duty)
+            _refuse(self._limits.excess("largest_duty", stimulus.duration_s / DUTY_WINDOW_S))
 
 
 def refuse_out_of_reach(units: Sequence[UnitPose], target_mm: tuple[float, float, float]) -> None:
@@ -123,9 +107,9 @@ def refuse_out_of_reach(units: Sequence[UnitPose], target_mm: tuple[float, float
             )
 
 
-def _refuse_over(what: str, value: float, limit: float) -> None:
-    if not value <= limit + _ROUNDING_S:  # so that a NaN is refused too
+def _refuse(excess: Excess | None) -> None:
+    if excess is not None:
         raise UnsafeError(
-            f"{what} would be {value:.4g}, over the limit of {limit:.4g}",
+            str(excess),
             do="change the protocol; a limit is changed only by whoever answers for the participants' safety",
         )

@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field, field_validator
+from pydantic import AfterValidator, AwareDatetime, Field, field_validator
 
 from autd_trials.array.geometry import UnitPose, is_rotation
 from autd_trials.errors import UsageError
+from autd_trials.model import Model
 from autd_trials.yamlfile import load_with_sha256
 
 Row3 = tuple[float, float, float]
@@ -30,25 +31,21 @@ RotationRows = Annotated[tuple[Row3, Row3, Row3], AfterValidator(_rotation)]
 _IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-
-class Residuals(_Model):
+class Residuals(Model):
     """What was left between the mapped points, in mm. Small residuals do not prove a good focus."""
 
     rms_mm: float = Field(ge=0, description="Root mean square, outliers left out.")
     largest_mm: float = Field(ge=0, description="Largest, outliers left out.")
 
 
-class Counts(_Model):
+class Counts(Model):
     """How many points the pose rests on."""
 
     points: int = Field(ge=0, description="Paired points.")
     outliers: int = Field(ge=0, description="Points among them that were left out.")
 
 
-class RangeError(_Model):
+class RangeError(Model):
     """What a sensor's range was found to be wrong by: it read ``bias_mm + (1 + scale) * range``."""
 
     bias_mm: float = Field(description="Constant part in mm.")
@@ -57,7 +54,7 @@ class RangeError(_Model):
     scale_sd: float = Field(ge=0, description="Its standard deviation; 0 unless a wand was waved.")
 
 
-class PredictedEnergy(_Model):
+class PredictedEnergy(Model):
     """Energy at a target relative to perfectly known poses, over pose errors as the covariances say.
 
     What points cannot see, such as a sensor that sits elsewhere on its unit than assumed, is not in it.
@@ -70,7 +67,7 @@ class PredictedEnergy(_Model):
     draws: int = Field(gt=0, description="How many errors were drawn.")
 
 
-class CalibratedUnit(_Model):
+class CalibratedUnit(Model):
     """One unit; a point p of its own lies at ``rotation p + translation_mm`` in the calibrated frame."""
 
     name: str = Field(min_length=1, description="What people call the unit.")
@@ -86,7 +83,7 @@ class CalibratedUnit(_Model):
     range_error: RangeError | None = Field(None, description="Left out where it was not estimated.")
 
 
-class Calibration(_Model):
+class Calibration(Model):
     """Where the units stand, in one frame: that of the first unit."""
 
     frame: str = Field(min_length=1, description="What the calibrated frame is, in words.")

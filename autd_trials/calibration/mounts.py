@@ -3,18 +3,15 @@
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from autd_trials.calibration.file import RotationRows, Row3
 from autd_trials.calibration.rigid import RigidMotion
+from autd_trials.model import Model
 from autd_trials.yamlfile import load_with_sha256
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-
-class Mount(_Model):
+class Mount(Model):
     """One unit's sensor; a point p of its frame lies at ``rotation p + translation_mm`` in the unit's."""
 
     unit: str = Field(min_length=1, description="Name of the unit.")
@@ -27,7 +24,7 @@ class Mount(_Model):
         return RigidMotion(np.array(self.rotation), np.array(self.translation_mm))
 
 
-class Mounts(_Model):
+class Mounts(Model):
     """The sensors of all units."""
 
     made_up: bool = Field(False, description="True for mounts that nobody measured.")

@@ -261,7 +261,7 @@ def _mounts(name: str | None, names: "Sequence[str]", inputs: dict[str, str]) ->
 
     if name is None:
         return None
-    path = find_file(name, kind="mounts file", package="protocols.scenes")
+    path = find_file(name, kind="mounts file", folder="scenes")
     mounts, inputs[str(path)] = load_mounts(path)
     mounted = [mount.unit for mount in mounts.mounts]
     if mounted != list(names):

@@ -264,13 +264,14 @@ def _modulated_force_mn(full_drive_mn: float) -> dict[str, dict[str, float]]:
     import numpy as np
 
     from autd_trials.acoustics.level import force_harmonics
-    from autd_trials.array.driver import ForceLaw, Stimulus
+    from autd_trials.array.driver import Stimulus
     from autd_trials.array.envelope import amplitude
+    from autd_trials.stimulus import ForceLaw
 
     laws: tuple[ForceLaw, ...] = ("amplitude", "pressure")
     forces: dict[str, dict[str, float]] = {}
     for law in laws:
-        period = Stimulus((0, 0, 0), 1.0, 1.0, "sine", 1.0, 1.0, law, 0.0)
+        period = Stimulus(target_mm=(0, 0, 0), duration_s=1.0, modulation_hz=1.0, force_law=law, ramp_s=0.0)
         harmonics = force_harmonics(amplitude(period, np.arange(1000) / 1000))
         names = ("mean", "fundamental", "second_harmonic")
         forces[law] = {name: full_drive_mn * part for name, part in zip(names, harmonics, strict=True)}

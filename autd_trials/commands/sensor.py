@@ -146,7 +146,7 @@ def _synthetic(options: argparse.Namespace, scene: str) -> "Sensor":
         time.sleep(max(0.0, time_s / options.speed - pylsl.local_clock()))
 
     generator = np.random.default_rng([options.seed, options.unit])
-    path = find_file(scene, kind="scene", package="protocols.scenes")
+    path = find_file(scene, kind="scene", folder="scenes")
     start_s = pylsl.local_clock() * options.speed + generator.uniform(0, 1 / _FRAME_RATE_HZ)
     say(f"unit {options.unit}: SIMULATED sensor in the made-up scene {path.stem}")
     return LoadedScene(path).sensor(options.unit, generator, start_s=start_s, wait_until=wait_until)

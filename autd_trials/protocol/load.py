@@ -15,7 +15,7 @@ def find_protocol(name_or_path: str) -> Path:
     UsageError
         There is neither such a file nor such a shipped protocol.
     """
-    return find_file(name_or_path, kind="protocol", package="protocols")
+    return find_file(name_or_path, kind="protocol")
 
 
 def load_protocol(path: Path) -> Protocol:

@@ -1,18 +1,16 @@
 """What all parts of a protocol have in common: frozen, strict models that check their fields together."""
 
 from collections.abc import Iterator
-from typing import Annotated, Self
+from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import ValidationError, model_validator
 from pydantic_core import InitErrorDetails
 
-Fraction = Annotated[float, Field(ge=0, le=1)]
+from autd_trials.model import Model as StrictModel
 
 
-class Model(BaseModel):
+class Model(StrictModel):
     """Base of all protocol models: frozen, strict, no unknown keys, no NaN."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
     def faults(self) -> Iterator[InitErrorDetails]:
         """Yield what is wrong between the fields, located at the field to be mended."""

@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict
-
 from autd_trials.errors import UsageError
+from autd_trials.model import Model
 from autd_trials.protocol.conditions import combinations, level_text, names_varied
 from autd_trials.protocol.latin_square import balanced_rows
 from autd_trials.protocol.order import random_order
@@ -19,11 +18,7 @@ _Kind = dict[str, Level] | None
 """The levels of the factors within a block that tell a kind of trial from another; None is a catch trial."""
 
 
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class PlannedTrial(_Frozen):
+class PlannedTrial(Model):
     """One trial.
 
     `conditions` holds every factor by name; a within-block factor is None on a catch trial. A catch trial's
@@ -39,7 +34,7 @@ class PlannedTrial(_Frozen):
     pause_before_s: float
 
 
-class PlannedBlock(_Frozen):
+class PlannedBlock(Model):
     """One block: the levels of the factors between blocks, and their descriptions."""
 
     block: int
@@ -47,7 +42,7 @@ class PlannedBlock(_Frozen):
     descriptions: tuple[str, ...]
 
 
-class Plan(_Frozen):
+class Plan(Model):
     """A session's plan. `trials` are numbered from 1 over the whole session, `blocks` from 1."""
 
     protocol: str

@@ -1,6 +1,5 @@
 """Whether a protocol keeps to the safety limits that it states itself."""
 
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -8,33 +7,16 @@ from pydantic_core import InitErrorDetails
 
 from autd_trials.protocol.checks import ROUNDING, fault
 from autd_trials.protocol.conditions import all_factors, combinations, numbers
+from autd_trials.stimulus import duty_of_equal_bursts, total_exposure_s
 
 if TYPE_CHECKING:
     from autd_trials.protocol.schema import Protocol
-
-DUTY_WINDOW_S = 60.0
-
-
-def largest_duty(burst_s: float, period_s: float) -> float:
-    """Return the largest share of on-time in any 60 s of equal bursts that follow each other evenly.
-
-    Parameters
-    ----------
-    burst_s
-        Length of a burst in s.
-    period_s
-        From one onset to the next in s, not shorter than a burst.
-    """
-    whole = math.floor(DUTY_WINDOW_S / period_s)
-    rest_s = DUTY_WINDOW_S - whole * period_s
-    return (whole * burst_s + min(burst_s, rest_s)) / DUTY_WINDOW_S
 
 
 def session_exposure_s(protocol: "Protocol") -> float:
     """Return the sum of drive^2 x duration over a session's stimuli, in s at full drive."""
     stimuli = (protocol.stimulus_for(conditions) for conditions in combinations(all_factors(protocol)))
-    once_s = math.fsum(stimulus.drive**2 * stimulus.duration_s for stimulus in stimuli)
-    return protocol.repetitions * once_s
+    return protocol.repetitions * total_exposure_s(stimuli)
 
 
 def safety_faults(protocol: "Protocol") -> Iterator[InitErrorDetails]:
@@ -76,7 +58,7 @@ def _duration_faults(protocol: "Protocol") -> Iterator[InitErrorDetails]:
 def _duty_faults(protocol: "Protocol") -> Iterator[InitErrorDetails]:
     timing, limit = protocol.timing, protocol.safety.largest_duty
     burst_s = max(duration_s for _, duration_s in numbers(protocol, "duration_s"))
-    share = largest_duty(burst_s, max(burst_s, timing.response_window_s) + timing.pause_min_s)
+    share = duty_of_equal_bursts(burst_s, max(burst_s, timing.response_window_s) + timing.pause_min_s)
     if share > limit * ROUNDING:
         message = (
             f"bursts of {burst_s:g} s, windows of {timing.response_window_s:g} s and pauses of"

@@ -12,10 +12,9 @@ from pydantic_core import InitErrorDetails
 
 from autd_trials.protocol import checks, protocol_checks
 from autd_trials.protocol.method import Method
-from autd_trials.protocol.model import Fraction, Model
+from autd_trials.protocol.model import Model
+from autd_trials.stimulus import Fraction, Limits, StimulusFields
 
-Waveform = Literal["sine", "square", "constant"]
-ForceLaw = Literal["amplitude", "pressure"]
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
 Text = Annotated[str, Field(pattern=r"\S", max_length=10_000)]
 Word = Annotated[
@@ -35,19 +34,9 @@ class Target(Model):
     z_mm: Coordinate = Field(description="Away from unit 1, in mm.")
 
 
-class StimulusSpec(Model):
+class StimulusSpec(StimulusFields, Model):
     """One stimulus; every field can also be a factor."""
 
-    duration_s: float = Field(gt=0, le=16.0, description="Length of the burst in s.")
-    modulation_hz: float = Field(gt=0, le=1000, description="Modulation frequency in Hz.")
-    waveform: Waveform = Field("sine", description="Shape of the modulation.")
-    depth: Fraction = Field(1.0, description="Modulation depth: 1 swings from full to zero.")
-    drive: Fraction = Field(1.0, description="Peak pressure amplitude as a fraction of the array's largest.")
-    force_law: ForceLaw = Field(
-        "amplitude",
-        description="What follows the waveform: pressure amplitude, or radiation pressure (its square).",
-    )
-    ramp_s: float = Field(0.005, ge=0, le=1.0, description="Raised-cosine ramp at both ends in s.")
     target: Name = Field(description="Name of one of the protocol's targets.")
 
     def faults(self) -> Iterator[InitErrorDetails]:
@@ -149,15 +138,10 @@ class Response(Model):
     kind: Literal["yes_no"] = Field("yes_no", description="A press means yes, no press means no.")
 
 
-class Safety(Model):
+class Safety(Limits):
     """Limits of this protocol; the rig's own limits hold as well."""
 
-    largest_drive: Fraction = Field(1.0, description="Largest drive of any stimulus.")
-    longest_burst_s: float = Field(gt=0, le=16.0, description="Longest burst in s.")
-    largest_duty: float = Field(gt=0, le=1, description="Largest share of on-time in any 60 s.")
-    session_exposure_s: float = Field(
-        gt=0, le=36_000, description="Largest sum of drive^2 x duration in a session, in s at full drive."
-    )
+    largest_drive: Fraction = Field(1.0, description="Largest drive of any stimulus, 0 to 1.")
 
 
 class Comparison(Model):

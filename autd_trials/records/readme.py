@@ -166,12 +166,12 @@ def _irregularities(sessions: Iterable[StudySession], never_begun: Iterable[Path
 
 
 def _irregular(session: StudySession) -> list[str]:
-    progress = session.progress
+    standing = session.standing
     found = []
-    if progress.status != "success":
+    if standing.status != "success":
         planned = len(session.log.start.plan.trials)
         found.append(
-            f"{progress.status} ({progress.why}), {len(progress.complete)} of {planned} trials complete"
+            f"{standing.status} ({standing.why}), {len(standing.complete)} of {planned} trials complete"
         )
     events = session.log.events
     crashes = sum(isinstance(event, Resume) and event.after_crash for event in events)
@@ -180,8 +180,8 @@ def _irregular(session: StudySession) -> list[str]:
         found.append(f"taken up again after {crashes} crash(es)")
     if faults:
         found.append(f"{len(faults)} fault(s): {', '.join(dict.fromkeys(faults))}")
-    if progress.attempts_interrupted:
-        found.append(f"{progress.attempts_interrupted} interrupted attempts")
+    if standing.attempts_interrupted:
+        found.append(f"{standing.attempts_interrupted} interrupted attempts")
     if session.log.damaged:
         found.append(
             f"unreadable lines in the log: {', '.join(str(line) for line, _ in session.log.damaged)}"
@@ -209,8 +209,8 @@ def _by_value(sessions: Iterable[StudySession], describe: Callable[[StudySession
 
 
 def _device(session: StudySession, name: str) -> dict[str, Any]:
-    device = session.log.start.devices.get(name)
-    return device if isinstance(device, dict) else {}
+    device = getattr(session.log.start.devices, name)
+    return device.model_dump() if device is not None else {}
 
 
 def _facts(facts: dict[str, Any]) -> str:

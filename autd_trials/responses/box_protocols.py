@@ -4,7 +4,9 @@ import re
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, Protocol
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
+
+from autd_trials.model import Model
 
 LONGEST_LINE_BYTES = 256
 """A longer line is no press; it is counted as garbage without being kept."""
@@ -30,9 +32,7 @@ class Parser(Protocol):
         """Add bytes; return the reports that are complete, oldest first."""
 
 
-class _Protocol(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
+class _Protocol(Model):
     message_bytes: ClassVar[int]
     """Typical length of a message, for the time it takes on the line."""
 

@@ -9,27 +9,27 @@ from autd_trials.protocol.schema import Protocol
 from autd_trials.rig.load import LoadedRig
 from autd_trials.rig.schema import (
     EmulatedSoundSpec,
-    LimitsSpec,
     NetworkLinkSpec,
     RealSoundSpec,
     Rig,
     SerialSpec,
 )
 from autd_trials.session.devices import Devices
+from autd_trials.session.preflight import Used
+from autd_trials.stimulus import Limits
 
 if TYPE_CHECKING:
     from autd_trials.array.driver import ArrayDriver
     from autd_trials.array.ears import EarWatch
     from autd_trials.array.geometry import UnitPose
-    from autd_trials.array.limits import Limits
     from autd_trials.masking.level import Headphones
     from autd_trials.masking.masker import Masker
     from autd_trials.participants.simulated import SimulatedParticipant
-    from autd_trials.protocol.schema import Safety
     from autd_trials.responses.responder import Responder
     from autd_trials.terminal import Terminal
 
 NO_AUDIO = "none"
+_UNUSED = Used()
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,16 @@ class Builder:
         """The rig, without its calibration."""
         return self.loaded_rig.rig
 
-    def live(self, terminal: "Terminal", *, exposure_used_s: float, seed: int) -> Devices:
-        """Return the devices of a session with a person."""
-        return Devices(
-            self.array(exposure_used_s), self._masker(seed, simulated=False), self._responder(terminal)
-        )
+    @property
+    def limits(self) -> Limits:
+        """The limits under which both rig and protocol hold."""
+        return self.rig.array.limits.and_also(self.protocol.safety)
 
-    def simulated(self, participant: "SimulatedParticipant", *, exposure_used_s: float, seed: int) -> Devices:
+    def live(self, terminal: "Terminal", *, used: Used, seed: int) -> Devices:
+        """Return the devices of a session with a person."""
+        return Devices(self.array(used), self.masker(seed, simulated=False), self._responder(terminal))
+
+    def simulated(self, participant: "SimulatedParticipant", *, used: Used, seed: int) -> Devices:
         """Return the devices of a session with a simulated participant.
 
         Raises
@@ -78,10 +81,10 @@ class Builder:
                 f"rig {self.rig.name!r} has a real array; simulated participants only run on an emulated one",
                 do="leave out --simulate, or use a rig whose array.link is emulator",
             )
-        return Devices(self.array(exposure_used_s), self._masker(seed, simulated=True), participant)
+        return Devices(self.array(used), self.masker(seed, simulated=True), participant)
 
-    def array(self, exposure_used_s: float = 0.0) -> "ArrayDriver":
-        """Return the array with the limits of both rig and protocol."""
+    def array(self, used: Used = _UNUSED) -> "ArrayDriver":
+        """Return the array with the limits of both rig and protocol, some of which may be used up."""
         from autd_trials.array.autd3_backend import Autd3Backend
         from autd_trials.array.link import EmulatorLink, NetworkLink
         from autd_trials.array.phased_array import PhasedArray
@@ -93,10 +96,12 @@ class Builder:
         return PhasedArray(
             units,
             VirtualBackend(self.clock) if self.virtual else Autd3Backend(real, self.clock),
-            _limits(self.rig.array.limits).and_also(_limits(self.protocol.safety)),
+            self.limits,
             self.clock,
             speed_of_sound_m_s=self.rig.air.speed_of_sound_m_s,
-            exposure_used_s=exposure_used_s,
+            exposure_used_s=used.session_s,
+            daily_used_s=used.today_s,
+            earlier_bursts=_on_the_clock(used, self.clock),
             ears=self._ears(units),
         )
 
@@ -139,7 +144,7 @@ class Builder:
         )
         return EarWatch(units, ears, self.rig.air)
 
-    def _masker(self, seed: int, *, simulated: bool) -> "Masker | None":
+    def masker(self, seed: int, *, simulated: bool) -> "Masker | None":
         """Return the masker; None where the protocol asks for none or --audio none declined it."""
         from autd_trials.masking.emulated import EmulatedMasker
         from autd_trials.masking.level import resolve_level
@@ -179,15 +184,14 @@ class Builder:
         return KeyboardResponder(terminal, spec.keys)
 
 
-def _limits(spec: "LimitsSpec | Safety") -> "Limits":
-    from autd_trials.array.limits import Limits
-
-    return Limits(
-        largest_drive=spec.largest_drive,
-        longest_burst_s=spec.longest_burst_s,
-        largest_duty=spec.largest_duty,
-        session_exposure_s=spec.session_exposure_s,
-    )
+def _on_the_clock(used: Used, clock: Clock) -> list[tuple[float, float]]:
+    """Return when bursts began and ended on the host's clock, none of them later than now."""
+    now_s, utc = clock.now_s(), clock.utc_now()
+    ahead_s = max((0.0, *((end - utc).total_seconds() for _, end in used.bursts)))  # the clock was put back
+    return [
+        (now_s + (onset - utc).total_seconds() - ahead_s, now_s + (end - utc).total_seconds() - ahead_s)
+        for onset, end in used.bursts
+    ]
 
 
 def _headphones(sound: EmulatedSoundSpec | RealSoundSpec | None) -> "Headphones | None":

@@ -39,7 +39,7 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
     UnsafeError
         The calibration is made up and the array is real.
     """
-    path = find_file(name_or_path, kind="rig", package="protocols.rigs")
+    path = find_file(name_or_path, kind="rig", folder="rigs")
     rig = load_model(path, Rig)
     calibration_path = path.parent / rig.calibration.file
     if not calibration_path.is_file():

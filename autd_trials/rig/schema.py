@@ -7,37 +7,29 @@ interface, real sound one that names its device.
 from datetime import date
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from autd_trials.acoustics.air import Air
+from autd_trials.model import Model
 from autd_trials.responses.box_protocols import BoxProtocol
+from autd_trials.stimulus import Limits
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-
-class LimitsSpec(_Model):
+class LimitsSpec(Limits):
     """The rig's own limits; a protocol can only be stricter."""
 
-    largest_drive: float = Field(ge=0, le=1, description="Largest drive, 0 to 1.")
-    longest_burst_s: float = Field(gt=0, le=16.0, description="Longest stimulus in s.")
-    largest_duty: float = Field(gt=0, le=1, description="Largest share of on-time in any 60 s.")
-    session_exposure_s: float = Field(
-        gt=0, description="Largest sum of drive^2 x duration of a session, in s."
-    )
     largest_ear_level_db: float = Field(
         110.0, gt=0, le=180, description="Largest predicted sound pressure level at the ears in dB."
     )
 
 
-class NetworkLinkSpec(_Model):
+class NetworkLinkSpec(Model):
     """Real devices behind a network interface."""
 
     interface: str = Field(min_length=1, description="Name of the network interface, such as enp3s0.")
 
 
-class ArraySpec(_Model):
+class ArraySpec(Model):
     """The phased array and how it is reached."""
 
     link: Literal["emulator"] | NetworkLinkSpec = Field(
@@ -55,7 +47,7 @@ class ArraySpec(_Model):
     limits: LimitsSpec
 
 
-class CalibrationSpec(_Model):
+class CalibrationSpec(Model):
     """Where the units' poses come from."""
 
     file: str = Field(min_length=1, description="Path of the calibration file, relative to the rig file.")
@@ -76,7 +68,7 @@ class CalibrationSpec(_Model):
     )
 
 
-class HeadphonesSpec(_Model):
+class HeadphonesSpec(Model):
     """The sound chain behind the digital output, as measured with a coupler."""
 
     sensitivity_db_per_v: float = Field(description="Level at the ear in dB SPL for 1 V rms at 1 kHz.")
@@ -87,13 +79,13 @@ class HeadphonesSpec(_Model):
     note: str = Field(description="Headphones, amplifier, volume setting.")
 
 
-class EmulatedSoundSpec(_Model):
+class EmulatedSoundSpec(Model):
     """No sound is played; the masker only pretends."""
 
     player: Literal["emulated"]
 
 
-class RealSoundSpec(_Model):
+class RealSoundSpec(Model):
     """A sound device."""
 
     player: Literal["portaudio"]
@@ -104,14 +96,14 @@ class RealSoundSpec(_Model):
     headphones: HeadphonesSpec | None = Field(None, description="Needed for levels in dB(A).")
 
 
-class KeyboardSpec(_Model):
+class KeyboardSpec(Model):
     """The experimenter presses a key when the participant raises a hand."""
 
     device: Literal["keyboard"]
     keys: tuple[str, ...] = Field(("space",), min_length=1, description="Keys that mean felt.")
 
 
-class SerialSpec(_Model):
+class SerialSpec(Model):
     """A button box on a serial port."""
 
     device: Literal["serial"]
@@ -119,7 +111,7 @@ class SerialSpec(_Model):
     protocol: BoxProtocol = Field(description="What the box sends.")
 
 
-class Rig(_Model):
+class Rig(Model):
     """A whole rig."""
 
     name: str = Field(min_length=1, description="Name of the rig, for the record.")

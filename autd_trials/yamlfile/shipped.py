@@ -9,7 +9,7 @@ from autd_trials.yamlfile.suggest import did_you_mean
 _SUFFIX = ".yaml"
 
 
-def find_file(name_or_path: str, *, kind: str, package: str) -> Path:
+def find_file(name_or_path: str, *, kind: str, folder: str = "") -> Path:
     """Return the file that a person means.
 
     Parameters
@@ -19,8 +19,8 @@ def find_file(name_or_path: str, *, kind: str, package: str) -> Path:
         in the current folder goes first.
     kind
         What it is called in messages.
-    package
-        The package whose folder the shipped files lie in.
+    folder
+        Below the shipped protocols, where the shipped ones of its kind lie.
 
     Raises
     ------
@@ -30,19 +30,22 @@ def find_file(name_or_path: str, *, kind: str, package: str) -> Path:
     path = Path(name_or_path)
     if name_or_path and _is_file(path):
         return path
-    folder = Path(str(resources.files(package)))
-    shipped = shipped_names(package)
+    shipped = shipped_names(folder)
     if name_or_path.removesuffix(_SUFFIX) in shipped:
-        return folder / f"{name_or_path.removesuffix(_SUFFIX)}{_SUFFIX}"
+        return _shipped(folder) / f"{name_or_path.removesuffix(_SUFFIX)}{_SUFFIX}"
     raise UsageError(
         f"there is no {kind} {name_or_path!r}{did_you_mean(path.stem, shipped)}",
         do=f"give the path of a YAML file, or one of the shipped names: {', '.join(shipped)}",
     )
 
 
-def shipped_names(package: str) -> list[str]:
-    """Return the names of the YAML files that come with a package, sorted."""
-    return sorted(path.stem for path in Path(str(resources.files(package))).glob(f"*{_SUFFIX}"))
+def shipped_names(folder: str = "") -> list[str]:
+    """Return the names of the shipped YAML files in a folder below the protocols, sorted."""
+    return sorted(path.stem for path in _shipped(folder).glob(f"*{_SUFFIX}"))
+
+
+def _shipped(folder: str) -> Path:
+    return Path(str(resources.files("autd_trials"))) / "protocols" / folder
 
 
 def _is_file(path: Path) -> bool:

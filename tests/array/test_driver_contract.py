@@ -12,12 +12,12 @@ from autd_trials.array.autd3_backend import Autd3Backend
 from autd_trials.array.backend import Backend
 from autd_trials.array.driver import ArrayDriver, ArrayInfo, Stimulus
 from autd_trials.array.geometry import UnitPose
-from autd_trials.array.limits import Limits
 from autd_trials.array.link import EmulatorLink
 from autd_trials.array.phased_array import PhasedArray
 from autd_trials.array.virtual_backend import VirtualBackend
 from autd_trials.clock import Clock, RealClock, VirtualClock
 from autd_trials.errors import UnsafeError, UsageError
+from autd_trials.stimulus import Limits
 
 MakeStimulus = Callable[..., Stimulus]
 SPEED_M_S = 343.2

@@ -11,11 +11,11 @@ from autd_trials.array.driver import Stimulus
 from autd_trials.array.ears import Ears, EarWatch
 from autd_trials.array.emission import focused_sources
 from autd_trials.array.geometry import UnitPose
-from autd_trials.array.limits import Limits
 from autd_trials.array.phased_array import PhasedArray
 from autd_trials.array.virtual_backend import VirtualBackend
 from autd_trials.clock import VirtualClock
 from autd_trials.errors import UnsafeError
+from autd_trials.stimulus import Limits
 
 MakeStimulus = Callable[..., Stimulus]
 AIR = Air()

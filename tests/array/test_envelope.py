@@ -26,7 +26,7 @@ def stimuli(draw: st.DrawFn) -> Stimulus:
         depth=draw(st.floats(0, 1)),
         drive=1.0,
         force_law=draw(st.sampled_from(["amplitude", "pressure"])),
-        ramp_s=draw(st.floats(0, 0.5)) * duration_s,
+        ramp_s=draw(st.floats(0, min(0.5 * duration_s, 1.0))),
     )
 
 

@@ -233,7 +233,7 @@ def _timed(solve: Callable[[], Pressures]) -> tuple[Pressures, float]:
 
 
 def _sources() -> Sources:
-    shipped = find_file("emulated", kind="rig", package="protocols.rigs")
+    shipped = find_file("emulated", kind="rig", folder="rigs")
     units = load_calibration(shipped.with_name("emulated-calibration.yaml"))[0].unit_poses()
     return focused_sources(units, FOCUS_MM, speed_of_sound_m_s=SPEED_M_S)
 

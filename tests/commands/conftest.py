@@ -85,7 +85,7 @@ def write_rig(tmp_path: Path) -> WriteRig:
     """Return what writes the emulated rig with its calibration, as `change` bends them."""
 
     def write(change: Callable[[dict[str, Any], dict[str, Any]], object] = lambda _rig, _cal: None) -> Path:
-        shipped = find_file("emulated", kind="rig", package="protocols.rigs")
+        shipped = find_file("emulated", kind="rig", folder="rigs")
         rig = yaml.safe_load(shipped.read_text())
         calibration = yaml.safe_load(shipped.with_name("emulated-calibration.yaml").read_text())
         rig["calibration"]["file"] = "calibration.yaml"

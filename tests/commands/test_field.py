@@ -96,9 +96,7 @@ def test_bad_input_is_told(
 
 
 def test_a_calibration_of_other_units_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shipped = find_file("emulated", kind="rig", package="protocols.rigs").with_name(
-        "emulated-calibration.yaml"
-    )
+    shipped = find_file("emulated", kind="rig", folder="rigs").with_name("emulated-calibration.yaml")
     other = tmp_path / "other.yaml"
     other.write_text(shipped.read_text().replace("name: unit 2", "name: unit 7"))
     assert main(["field", "--focus", B, "--out", str(tmp_path), "--calibration", str(other)]) == 2

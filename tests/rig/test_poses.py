@@ -27,7 +27,7 @@ def protocol() -> Protocol:
 
 def write_rig(folder: Path, *, shift_z_mm: float | None = None, units: int = 2, **changes: object) -> Path:
     """Write the emulated rig with unit 2 really standing elsewhere, and return its file."""
-    shipped = find_file("emulated", kind="rig", package="protocols.rigs")
+    shipped = find_file("emulated", kind="rig", folder="rigs")
     rig = yaml.safe_load(shipped.read_text())
     calibration = yaml.safe_load(shipped.with_name("emulated-calibration.yaml").read_text())
     calibration["time"] = "2026-11-22T00:00:00Z"

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from autd_trials.array.geometry import UnitPose
 from autd_trials.calibration.file import Row3, load_calibration
@@ -14,14 +14,11 @@ from autd_trials.calibration.sensors.hand import hand_path
 from autd_trials.calibration.sensors.synthetic import Imperfections, SyntheticSensor
 from autd_trials.calibration.target import RADIUS_MM
 from autd_trials.errors import UsageError
+from autd_trials.model import Model
 from autd_trials.yamlfile import load_model
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-
-class Hand(_Model):
+class Hand(Model):
     """How the target is waved."""
 
     centre_mm: Row3 = Field(description="Middle of the workspace in the calibrated frame.")
@@ -30,7 +27,7 @@ class Hand(_Model):
     seed: int = Field(ge=0, description="Of the path, the same for all sensors.")
 
 
-class SensorFaults(_Model):
+class SensorFaults(Model):
     """What is wrong with every sensor."""
 
     frame_noise_mm: float = Field(3.0, ge=0, description="Standard deviation of the range, once a frame.")
@@ -39,7 +36,7 @@ class SensorFaults(_Model):
     dropouts: float = Field(0.0, ge=0, le=1, description="Share of frames without the target.")
 
 
-class Scene(_Model):
+class Scene(Model):
     """What synthetic sensors see."""
 
     calibration: str = Field(description="Where the units really stand; a path relative to this file.")

@@ -1,1 +1,0 @@
-"""The shipped protocols and rig files, found by bare name."""
