@@ -150,7 +150,7 @@ class SessionScript:
                     "emulated": True,
                     "devices": 18,
                     "transducers": 18 * 249,
-                    "firmware": ["v12.0.0"],
+                    "firmware": ("v12.0.0",),
                 },
                 "masker": {
                     "kind": "pink",
