@@ -17,7 +17,7 @@ from autd_trials.protocol.schema import Level, Protocol
 from autd_trials.responses.responder import ResponderInfo
 from autd_trials.stimulus import Fraction, Limits
 
-_EARLIEST, _LATEST = datetime(1971, 1, 1, tzinfo=UTC), datetime(9000, 1, 1, tzinfo=UTC)
+_EARLIEST, _LATEST = datetime(1970, 1, 1, tzinfo=UTC), datetime(9999, 1, 1, tzinfo=UTC)
 _LONGEST_S = 1e9
 
 
@@ -25,11 +25,11 @@ def _time(text: str) -> str:
     """Refuse what is no point in time, or none that can be reckoned with."""
     try:
         time = datetime.fromisoformat(text)
-        known = time.tzinfo is not None and _EARLIEST <= time <= _LATEST
+        known = time.tzinfo is not None and _EARLIEST <= time < _LATEST
     except (ValueError, OverflowError) as error:
         raise ValueError(f"{text!r} is not a time") from error
     if not known:
-        raise ValueError(f"{text!r} is not a time with its zone, from 1971 on")
+        raise ValueError(f"{text!r} is not a time with its zone, from 1970 on")
     return text
 
 

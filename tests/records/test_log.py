@@ -18,7 +18,7 @@ from tests.records.conftest import SessionScript, largest_file, write_log
 KILLS = 20
 UTC_TEXT = "2026-11-22T10:00:00+00:00"
 
-seconds = st.floats(allow_nan=False, allow_infinity=False)
+seconds = st.floats(0, 1e9)
 texts = st.text(max_size=40)
 times = st.datetimes(datetime(1970, 1, 2), datetime(9998, 1, 1), timezones=st.just(UTC))
 stamps = {"t_s": seconds, "utc": times.map(datetime.isoformat)}
@@ -49,8 +49,8 @@ events: st.SearchStrategy[Event] = st.one_of(
         planned_onset_t_s=seconds,
         device_ns=st.integers(0, 2**63),
         margin_s=seconds,
-        duration_s=seconds,
-        drive=seconds,
+        duration_s=st.floats(0, 16, exclude_min=True),
+        drive=st.floats(0, 1),
         exposure_s=seconds,
     ),
 )
