@@ -121,14 +121,16 @@ def _simulated_participants(options: argparse.Namespace) -> list[str]:
 
 def _export(study: Path) -> None:
     """Make the data set; a failure is told but does not hide how the session ended."""
+    from autd_trials.commands.integrity import say_of_records
     from autd_trials.records.bids import export_study
     from autd_trials.records.layout import log_paths
 
     if not log_paths(study):
         return
     try:
-        export_study(study)
+        done = export_study(study)
         say(f"data set: {study}")
+        say_of_records(study, done.problems, done.told)
     except TrialsError as error:
         say(f"error: the data set was not made: {error}\n  -> mend that, then: autd-trials export {study}")
 

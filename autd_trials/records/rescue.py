@@ -1,16 +1,17 @@
 """A copy of a log that lost its name while it was written: the open file still holds what was recorded."""
 
-import os
 import tempfile
 from pathlib import Path
 from typing import BinaryIO
+
+from autd_trials.records.disk import write_new
 
 _ENDING = ".rescued"
 """Behind the log's whole name, so that the copy is not taken for a log before a person has looked at it."""
 
 
 def rescue(file: BinaryIO, path: Path) -> Path:
-    """Copy an open file beside its old path or, if that cannot be written to, into the system's temporary folder.
+    """Copy an open file beside its old path or, if nothing can be written there, into the system's temporary folder.
 
     Returns
     -------
@@ -23,23 +24,8 @@ def rescue(file: BinaryIO, path: Path) -> Path:
         Neither folder can be written to.
     """
     file.seek(0)
-    content = file.read()
+    content, name = file.read(), path.name + _ENDING
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return _write_new(path.parent, path.name, content)
+        return write_new(path.parent, name, content)
     except OSError:
-        return _write_new(Path(tempfile.gettempdir()), path.name, content)
-
-
-def _write_new(folder: Path, name: str, content: bytes) -> Path:
-    number = 1
-    while True:
-        copy = folder / f"{name}{_ENDING}{'' if number == 1 else number}"
-        try:
-            with copy.open("xb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            return copy
-        except FileExistsError:
-            number += 1
+        return write_new(Path(tempfile.gettempdir()), name, content)

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.host import FileHeldError, HeldFile
-from autd_trials.records.layout import SessionPaths, log_paths, refuse_other_case, source_folder
+from autd_trials.records.ids import refuse_look_alikes
+from autd_trials.records.layout import SessionPaths, log_paths, source_folder
 from autd_trials.records.log import EventLog, LogContents, has_begun, read_log, read_start
 from autd_trials.session.standing import Standing, standing
 
@@ -154,7 +155,7 @@ def new_session(study: Path, task: str, participant: str, session: str | None = 
         An id is not a BIDS label, differs only in case from another, or the session has been recorded.
     """
     paths = SessionPaths(study, participant, session or next_session(study, participant), task)
-    refuse_other_case(study, participant, paths.session)
+    refuse_look_alikes(study, participant, paths.session)
     if paths.log.exists():
         raise UsageError(
             f"session {paths.session} of participant {participant} has been recorded already",
