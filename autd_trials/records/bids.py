@@ -18,9 +18,9 @@ from autd_trials.records.dataset import (
     task_description,
 )
 from autd_trials.records.disk import replace_text
-from autd_trials.records.log_table import LOG_COLUMNS, log_rows
 from autd_trials.records.kept import MADE, lay_aside, write_kept
 from autd_trials.records.layout import source_folder
+from autd_trials.records.log_table import LOG_COLUMNS, log_rows
 from autd_trials.records.problem import Problem
 from autd_trials.records.readme import readme_text
 from autd_trials.records.register import REGISTER, Entry, read_register, register_text

@@ -5,9 +5,9 @@ number and its chained hash; logs of version 1 have neither, and lack the fields
 """
 
 from datetime import UTC, datetime
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, JsonValue
+from pydantic import AfterValidator, Field, JsonValue
 
 from autd_trials.array.driver import ArrayInfo
 from autd_trials.masking.masker import MaskerInfo
@@ -17,7 +17,7 @@ from autd_trials.protocol.schema import Level, Protocol
 from autd_trials.responses.responder import ResponderInfo
 from autd_trials.stimulus import Fraction, Limits
 
-_EARLIEST, _LATEST = datetime(1971, 1, 1, tzinfo=UTC), datetime(9000, 1, 1, tzinfo=UTC)
+_EARLIEST, _LATEST = datetime(1970, 1, 1, tzinfo=UTC), datetime(9999, 1, 1, tzinfo=UTC)
 _LONGEST_S = 1e9
 
 
@@ -25,16 +25,12 @@ def _time(text: str) -> str:
     """Refuse what is no point in time, or none that can be reckoned with."""
     try:
         time = datetime.fromisoformat(text)
-        known = time.tzinfo is not None and _EARLIEST <= time <= _LATEST
+        known = time.tzinfo is not None and _EARLIEST <= time < _LATEST
     except (ValueError, OverflowError) as error:
         raise ValueError(f"{text!r} is not a time") from error
     if not known:
-        raise ValueError(f"{text!r} is not a time with its zone, from 1971 on")
+        raise ValueError(f"{text!r} is not a time with its zone, from 1970 on")
     return text
-
-
-def _none_if_empty(value: Any) -> Any:
-    return None if value == {} else value  # version 1 had an empty object where nothing was known
 
 
 Utc = Annotated[str, AfterValidator(_time)]
@@ -64,6 +60,14 @@ class DeviceDescriptions(Model):
     array: ArrayInfo
     masker: MaskerInfo | None
     responder: ResponderInfo
+
+
+class _NothingKnown(Model):
+    """What version 1 had where nothing was known: an empty object."""
+
+
+def _none_if_nothing(devices: DeviceDescriptions | _NothingKnown | None) -> DeviceDescriptions | None:
+    return None if isinstance(devices, _NothingKnown) else devices
 
 
 class _Event(Model):
@@ -190,7 +194,9 @@ class Resume(_Event):
     event: Literal["resume"] = "resume"
     after_crash: bool
     confirmed_by: ConfirmedBy
-    devices: Annotated[DeviceDescriptions | None, BeforeValidator(_none_if_empty)] = None
+    devices: Annotated[
+        DeviceDescriptions | _NothingKnown | None, AfterValidator(_none_if_nothing)
+    ] = None
     versions: dict[str, str] = Field(default_factory=dict)
     rig: Json | None = None
     calibration: Json | None = None

@@ -27,9 +27,9 @@ from autd_trials.protocol.schema import (
 )
 from autd_trials.responses.responder import Presentation, Press, ResponderInfo
 from autd_trials.session.devices import Devices
-from autd_trials.session.events import Event
+from autd_trials.session.events import ConfirmedBy, Event
 from autd_trials.session.interrupts import Interrupts
-from autd_trials.session.operator import ConfirmedBy, Decision
+from autd_trials.session.operator import Decision
 from autd_trials.session.recorder import Listener, Recorder
 from autd_trials.session.runner import Done, SessionRunner, confirm_beginning
 from autd_trials.stimulus import Limits
