@@ -281,6 +281,7 @@ def test_random_edits_are_noticed(recorded: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 def test_500_random_edits_are_noticed(recorded: Path, tmp_path: Path) -> None:
     assert unnoticed(recorded, tmp_path, EDITS_IN_FULL) == []
 
