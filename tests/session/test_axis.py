@@ -94,10 +94,8 @@ def test_a_step_of_the_wall_clock_is_noted_once_with_the_event_that_follows(step
     clock.sleep_until(10.0)
     recorder.record(Note, text="later")
     texts = [event.text for event in log.events if isinstance(event, Note)]
-    assert texts == ["before", f"the computer's wall clock was stepped by {step_s:+.3f} s; t_s was not"] + [
-        "after",
-        "later",
-    ]
+    step = f"the computer's wall clock was stepped by {step_s:+.3f} s; t_s was not"
+    assert texts == ["before", step, "after", "later"]
     assert [event.t_s for event in log.events] == [0.0, 5.0, 5.0, 10.0]
 
 
