@@ -7,13 +7,14 @@ import contextlib
 from collections.abc import Callable, Coroutine, Sequence
 from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any, TypeVar
 
 from autd3 import Autd3Error, FirmwareVersion
 
 from autd_trials.array.autd3_client import ArrayClient, open_client
 from autd_trials.array.autd3_errors import device_error
-from autd_trials.array.backend import Burst, DeviceStates, TimePair
+from autd_trials.array.backend import Burst, DeviceStates, Latch, TimePair
 from autd_trials.array.background import BackgroundLoop
 from autd_trials.array.commands import command_to_start, commands_to_load, commands_to_open
 from autd_trials.array.driver import ArrayInfo
@@ -27,6 +28,7 @@ T = TypeVar("T")
 _OPEN_S = 8.0
 _CALL_S = 1.0
 _SILENCE_S = 0.9
+_HALT_S = 1.3  # what is being sent meanwhile is waited for
 
 
 @dataclass(frozen=True)
@@ -52,19 +54,25 @@ class Autd3Backend:
         self._link = link
         self._clock = clock
         self._opened: _Opened | None = None
+        self._halted = Latch()
+        self._handover = Lock()  # so that `halt` never meets an event loop that has ended
 
     def open(self, devices: Sequence[DevicePose]) -> ArrayInfo:
         """Take exactly these devices and leave them silent."""
+        self._halted.clear()
         with contextlib.ExitStack() as stack:
             link = stack.enter_context(HeldLink(self._link, len(devices)))
             loop = BackgroundLoop("autd3")
             stack.callback(loop.stop)
-            opening = open_client(devices, link.address, emulated=link.emulated, clock=self._clock)
+            opening = open_client(
+                devices, link.address, emulated=link.emulated, clock=self._clock, halted=self._halted
+            )
             client = _call(loop, opening, link.description, _OPEN_S)
             stack.callback(_leave, loop, client)
             firmware = _call(loop, client.firmware(), link.description)
             _refuse_other_firmware(firmware, emulated=link.emulated, where=link.description)
             _call(loop, client.send(commands_to_open()), link.description)
+            self._halted.refuse()  # set while it was being opened
             self._opened = _Opened(client, loop, link.description, stack.pop_all())
         return ArrayInfo(
             driver="autd3",
@@ -110,11 +118,30 @@ class Autd3Backend:
         if not (states.silent or states.failsafe):
             raise DeviceError(what, where=self._opened.where, do=do)
 
+    def halt(self) -> None:
+        """Silence the devices and have every later `load` and `start` raise StoppedByPerson, until `open`.
+
+        The event loop's own thread sends the command, whatever the thread that uses the array waits for.
+        """
+        self._halted.set()
+        with self._handover:
+            if (opened := self._opened) is None:
+                return
+            silencing = opened.loop.submit(opened.client.silence_for_good())
+        with contextlib.suppress(DeviceError):  # of lost devices: their burst ends by itself
+            _result(silencing, opened.where, _HALT_S)
+
+    @property
+    def halted(self) -> Latch:
+        """Set by `halt`, cleared by `open`."""
+        return self._halted
+
     def close(self) -> None:
         """Silence the devices and let them go; never raises."""
         with contextlib.suppress(DeviceError):  # lost devices are let go all the same
             self.silence()
-        opened, self._opened = self._opened, None
+        with self._handover:
+            opened, self._opened = self._opened, None
         if opened:
             opened.release.close()
 

@@ -42,8 +42,8 @@ class Health:
 
     @property
     def ok(self) -> bool:
-        """All devices ready and no failsafe latched."""
-        return self.devices_ready == self.devices and not self.failsafe
+        """All devices ready, none too hot, and no failsafe latched."""
+        return self.devices_ready == self.devices and not (self.failsafe or self.thermal)
 
 
 @dataclass(frozen=True)
@@ -103,6 +103,12 @@ class ArrayDriver(Protocol):
     def start(self, onset_s: float) -> Onset:
         """Start the armed stimulus at host time `onset_s`, or as soon after it as the lead allows."""
 
+    def watch(self) -> None:
+        """Look at the devices while a started stimulus runs; cheap enough to be called all the time.
+
+        Silences the array and raises DeviceError if a device is lost, too hot or muted by its failsafe.
+        """
+
     def finish(self) -> Completion:
         """Wait until the started stimulus has ended by itself; raises DeviceError if it did not."""
 
@@ -110,6 +116,14 @@ class ArrayDriver(Protocol):
         """Silence the array now, whatever it does; safe at any time, also twice.
 
         Raises DeviceError if the devices do not confirm it (lost, say); their bursts end by themselves.
+        """
+
+    def halt(self) -> None:
+        """Silence the array now and refuse every further `arm` and `start` until `open` is called again.
+
+        May be called from any thread at any moment, also while another call of the driver blocks or sends;
+        whatever that call does, nothing is emitted any more once `halt` has returned. Calls that it
+        overtakes, and later ones that would emit, raise StoppedByPerson. Never raises.
         """
 
     def health(self) -> Health:

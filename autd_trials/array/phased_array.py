@@ -79,6 +79,7 @@ class PhasedArray:
         self._send_times_s: deque[float] = deque(maxlen=_SEND_TIMES_KEPT)
         self._armed: tuple[Stimulus, Burst] | None = None
         self._running: _Running | None = None
+        self._next_look_s = 0.0
 
     @property
     def exposure_used_s(self) -> float:
@@ -115,6 +116,7 @@ class PhasedArray:
 
     def arm(self, stimulus: Stimulus) -> Exposure:
         """Preload a stimulus in silence; return its exposure and the level at the ears."""
+        self._backend.halted.refuse()
         if self._running:
             raise RuntimeError("arm: the last stimulus was neither finished nor aborted")
         self._armed = None
@@ -127,6 +129,7 @@ class PhasedArray:
 
     def start(self, onset_s: float) -> Onset:
         """Start the armed stimulus at host time `onset_s`, or as soon after it as the lead allows."""
+        self._backend.halted.refuse()
         if self._armed is None:
             raise RuntimeError("start: no stimulus is armed")
         (stimulus, burst), self._armed = self._armed, None
@@ -141,6 +144,15 @@ class PhasedArray:
         except DeviceError as error:
             self._fail(error)
 
+    def watch(self) -> None:
+        """Look at the devices while a started stimulus runs, every 0.1 s however often it is called."""
+        if self._running is None or self._clock.now_s() < self._next_look_s:
+            return
+        try:
+            self._look()
+        except DeviceError as error:
+            self._fail(error)
+
     def finish(self) -> Completion:
         """Wait until the started stimulus has ended by itself; silence the array and raise if it does not."""
         if self._running is None:
@@ -149,6 +161,7 @@ class PhasedArray:
         try:
             self._watch_until(running.ends_s)
             emitting = running.after_onset()
+            self._backend.halted.refuse()
             _refuse_unwell(emitting)
             if emitting.on_burst < emitting.devices:
                 raise DeviceError("the burst did not begin on all devices", do="check the devices; run again")
@@ -171,6 +184,10 @@ class PhasedArray:
         """
         self._armed = self._running = None
         self._backend.silence()
+
+    def halt(self) -> None:
+        """Silence the array now, from any thread, and refuse every `arm` and `start` until it is opened."""
+        self._backend.halt()
 
     def health(self) -> Health:
         """Read the devices' state now."""
@@ -248,14 +265,20 @@ class PhasedArray:
 
     def _watch_until(self, time_s: float) -> None:
         while (now_s := self._clock.now_s()) < time_s:
-            _refuse_unwell(self._backend.states())
+            self._backend.halted.refuse()
+            self._look()
             self._clock.sleep_until(min(now_s + _WATCH_S, time_s))
+
+    def _look(self) -> None:
+        self._next_look_s = self._clock.now_s() + _WATCH_S
+        _refuse_unwell(self._backend.states())
 
     def _states_when(
         self, wanted: Callable[[DeviceStates], bool], *, deadline_s: float, otherwise: str
     ) -> DeviceStates:
         while True:
             states = self._backend.states()
+            self._backend.halted.refuse()  # first: what halts the array may mute its devices
             _refuse_unwell(states)
             if wanted(states):
                 return states
@@ -305,4 +328,8 @@ def _refuse_unwell(states: DeviceStates) -> None:
         raise DeviceError(
             "the devices' failsafe has muted them: they lost touch with this computer",
             do="check the cables and that the computer did not sleep, then go on with --resume",
+        )
+    if states.thermal:
+        raise DeviceError(
+            "a device is too hot", do="let the devices cool and check their fans, then go on with --resume"
         )

@@ -4,11 +4,12 @@ import contextlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_trials.array.backend import START_GRID_NS, Burst, DeviceStates, StartRefusedError, TimePair
+from autd_trials.array.backend import START_GRID_NS, Burst, DeviceStates, Latch, StartRefusedError, TimePair
 from autd_trials.array.driver import ArrayInfo
 from autd_trials.array.geometry import TRANSDUCERS_PER_DEVICE, DevicePose
 from autd_trials.clock import Clock
@@ -41,6 +42,9 @@ class Faults:
     lost_from_s: float = -math.inf
     failsafe_from_s: float = math.inf
     refused_starts: int = 0
+    thermal_from_s: float = math.inf
+    before_start: Callable[[], None] = lambda: None
+    """Called between the look at the devices and the start command; may block, as a busy computer does."""
 
 
 class VirtualBackend:
@@ -66,9 +70,12 @@ class VirtualBackend:
         self._devices = 0
         self._loaded: Burst | None = None
         self._current: Emission | None = None
+        self._halted = Latch()
+        self._device = Lock()  # devices take one command at a time
 
     def open(self, devices: Sequence[DevicePose]) -> ArrayInfo:
         """Make so many devices."""
+        self._halted.clear()
         self._devices = len(devices)
         return ArrayInfo(
             driver="virtual",
@@ -81,6 +88,7 @@ class VirtualBackend:
 
     def load(self, burst: Burst) -> None:
         """Silence the devices and preload a burst."""
+        self._halted.refuse()
         self.silence()
         self._loaded = burst
 
@@ -92,8 +100,11 @@ class VirtualBackend:
         self.faults.refused_starts -= refused
         if refused or device_ns - self._now_ns() < _FIRMWARE_MARGIN_NS:
             raise StartRefusedError("the start is too close")
-        self._current = Emission(device_ns, self._loaded)
-        self.emissions.append(self._current)
+        self.faults.before_start()
+        with self._device:
+            self._halted.refuse()
+            self._current = Emission(device_ns, self._loaded)
+            self.emissions.append(self._current)
 
     def time_pair(self) -> TimePair:
         """Pair the host's clock with the devices'."""
@@ -112,11 +123,23 @@ class VirtualBackend:
         now_ns = self._now_ns()
         if self._lost_at(now_ns):
             raise DeviceError("the devices did not confirm that they are silent", do="switch them off")
-        if self._current and now_ns < self._current.ends_ns:
-            self.emissions.pop()
-            if self._current.onset_ns < now_ns:
-                self.emissions.append(replace(self._current, aborted_ns=now_ns))
-        self._loaded = self._current = None
+        with self._device:
+            if self._current and now_ns < self._current.ends_ns:
+                self.emissions.pop()
+                if self._current.onset_ns < now_ns:
+                    self.emissions.append(replace(self._current, aborted_ns=now_ns))
+            self._loaded = self._current = None
+
+    def halt(self) -> None:
+        """Silence the devices and have every later `load` and `start` raise StoppedByPerson, until `open`."""
+        self._halted.set()
+        with contextlib.suppress(DeviceError):
+            self.silence()
+
+    @property
+    def halted(self) -> Latch:
+        """Set by `halt`, cleared by `open`."""
+        return self._halted
 
     def close(self) -> None:
         """Silence the devices; lost ones end their burst by themselves."""
@@ -143,7 +166,7 @@ class VirtualBackend:
             devices=self._devices,
             ready=self._devices - lost,
             failsafe=device_ns >= self._device_ns(self.faults.failsafe_from_s),
-            thermal=False,
+            thermal=device_ns >= self._device_ns(self.faults.thermal_from_s),
             pending=answering if self._current and not started else 0,
             on_burst=answering if started else 0,
             ended=answering if ended else 0,

@@ -15,7 +15,7 @@ from autd3.commands import CpuConfig, SetCpuConfig
 
 from autd_trials.array.autd3_backend import Autd3Backend
 from autd_trials.array.autd3_client import open_client
-from autd_trials.array.backend import DeviceStates
+from autd_trials.array.backend import DeviceStates, Latch
 from autd_trials.array.commands import command_to_silence, commands_to_open
 from autd_trials.array.driver import Stimulus
 from autd_trials.array.emulator import Emulator
@@ -121,7 +121,9 @@ def test_a_latched_failsafe_is_read_back(emulator: Emulator, units: list[UnitPos
 
     async def latch_and_read() -> list[DeviceStates]:
         devices = device_poses(units)
-        client = await open_client(devices, emulator.address, emulated=True, clock=RealClock())
+        client = await open_client(
+            devices, emulator.address, emulated=True, clock=RealClock(), halted=Latch()
+        )
         await client.send(commands_to_open())
         before = await client.states()
         await client.send([SetCpuConfig(CpuConfig(failsafe_timeout=Duration.from_millis(1)))])
