@@ -4,7 +4,7 @@ The SDK is asynchronous; it runs in an event loop of its own thread. Every call 
 """
 
 import contextlib
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Coroutine, Sequence
 from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass
 from threading import Lock
@@ -14,7 +14,7 @@ from autd3 import Autd3Error, FirmwareVersion
 
 from autd_trials.array.autd3_client import ArrayClient, open_client
 from autd_trials.array.autd3_errors import device_error
-from autd_trials.array.backend import Burst, DeviceStates, Latch, TimePair
+from autd_trials.array.backend import Burst, DeviceStates, Latch, Reading, TimePair
 from autd_trials.array.background import BackgroundLoop
 from autd_trials.array.commands import command_to_start, commands_to_load, commands_to_open
 from autd_trials.array.driver import ArrayInfo
@@ -37,6 +37,18 @@ class _Opened:
     loop: BackgroundLoop
     where: str
     release: contextlib.ExitStack
+
+
+@dataclass(frozen=True)
+class _Reading:
+    future: Future[DeviceStates]
+    where: str
+
+    def done(self) -> bool:
+        return self.future.done()
+
+    def result(self) -> DeviceStates:
+        return _result(self.future, self.where, _CALL_S)
 
 
 class Autd3Backend:
@@ -99,15 +111,24 @@ class Autd3Backend:
         """Read the devices' states; lost devices are counted, not raised."""
         return self._call(self._client.states())
 
-    def states_after(self, device_ns: int) -> Callable[[], DeviceStates]:
-        """Have the states read right after a device time, in the background; call the result for them."""
-        opened = self._require_open()
-        future = opened.loop.submit(opened.client.states_after(device_ns))
-        return lambda: _result(future, opened.where, _CALL_S)
+    def reading(self) -> Reading:
+        """Have the states read now, in the background."""
+        return self._reading(self._client.states())
 
-    def silence(self) -> None:
+    def reading_after(self, device_ns: int) -> Reading:
+        """Have the states read right after a device time, in the background."""
+        return self._reading(self._client.states_after(device_ns))
+
+    def stalled_s(self) -> float:
+        """Return how long this process stood still at most, in s, in the last 2 s; 0 if it ran freely."""
+        return self._require_open().loop.stalled_s()
+
+    def silence(self, *, confirmed: bool = True) -> None:
         """Cancel a pending start and end a playing burst, now; nothing to do before it is opened."""
         if self._opened is None:
+            return
+        if not confirmed:
+            self._opened.loop.submit(self._opened.client.silence())
             return
         what = "the devices did not confirm that they are silent"
         do = "switch off the array's power if it still sounds; a burst that runs ends by itself"
@@ -153,6 +174,10 @@ class Autd3Backend:
         if self._opened is None:
             raise RuntimeError("the array is not open")
         return self._opened
+
+    def _reading(self, states: Coroutine[Any, Any, DeviceStates]) -> Reading:
+        opened = self._require_open()
+        return _Reading(opened.loop.submit(states), opened.where)
 
     def _call(self, coroutine: Coroutine[Any, Any, T], timeout_s: float = _CALL_S) -> T:
         opened = self._require_open()

@@ -175,12 +175,17 @@ async def open_client(
 
 
 def _option(interface: Interface) -> UdpOption:
-    """Return timeouts that hold on a busy machine; no recovery, which would go on unasked."""
+    """Return timeouts that hold on a busy computer; no recovery, which would go on unasked.
+
+    A device counts as lost when nothing came from it for 0.4 s: the SDK's own 0.1 s is over before a busy
+    computer gets round to read the answers, and after 0.5 s without a word the firmware mutes itself.
+    """
     return UdpOption(
         iface=interface,
         reply_timeout=Duration.from_millis(50),
-        response_timeout=Duration.from_millis(50),
-        enumeration_timeout=Duration.from_millis(1000),
+        lost_timeout=Duration.from_millis(400),
+        response_timeout=Duration.from_millis(300),
+        enumeration_timeout=Duration.from_millis(2000),
         sync_timeout=Duration.from_millis(5000),
     )
 

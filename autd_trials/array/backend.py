@@ -1,6 +1,6 @@
 """What the phased array needs of its devices: silent preloading, a timed start, their state, silence."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from threading import Event
 from typing import Protocol
@@ -72,6 +72,16 @@ class StartRefusedError(DeviceError):
     """The devices found a start time too close; it may be tried again later, after silence."""
 
 
+class Reading(Protocol):
+    """States that are read in the background."""
+
+    def done(self) -> bool:
+        """Return whether they are there, or could not be read."""
+
+    def result(self) -> DeviceStates:
+        """Wait for them, in bounded time."""
+
+
 class Latch:
     """Once it is set, nothing is emitted any more until it is cleared; may be set from any thread."""
 
@@ -116,11 +126,20 @@ class Backend(Protocol):
     def states(self) -> DeviceStates:
         """Read the devices' states; lost devices are counted, not raised."""
 
-    def states_after(self, device_ns: int) -> Callable[[], DeviceStates]:
-        """Have the states read right after a device time, in the background; call the result for them."""
+    def reading(self) -> Reading:
+        """Have the states read now, in the background."""
 
-    def silence(self) -> None:
-        """Cancel a pending start and end a playing burst, now; also after `halt`."""
+    def reading_after(self, device_ns: int) -> Reading:
+        """Have the states read right after a device time, in the background."""
+
+    def stalled_s(self) -> float:
+        """Return how long this process stood still at most, in s, in the last 2 s; 0 if it ran freely."""
+
+    def silence(self, *, confirmed: bool = True) -> None:
+        """Cancel a pending start and end a playing burst, now; also after `halt`.
+
+        Unless `confirmed`, return as soon as the command is on its way.
+        """
 
     def halt(self) -> None:
         """Silence the devices and have every later `load` and `start` raise StoppedByPerson, until `open`.

@@ -41,6 +41,8 @@ class Faults:
     lost_devices: int = 0
     lost_from_s: float = -math.inf
     failsafe_from_s: float = math.inf
+    unanswered_from_s: float = math.inf
+    stalled_s: float = 0.0
     refused_starts: int = 0
     thermal_from_s: float = math.inf
     before_start: Callable[[], None] = lambda: None
@@ -114,14 +116,25 @@ class VirtualBackend:
         """Return the devices' states."""
         return self._states_at(self._now_ns())
 
-    def states_after(self, device_ns: int) -> Callable[[], DeviceStates]:
-        """Return what gives the states right after a device time."""
-        return lambda: self._states_at(device_ns)
+    def reading(self) -> "_Reading":
+        """Return the states, or none as long as the devices do not answer."""
+        asked_ns = self._now_ns()
+        return _Reading(lambda: self._states_at(asked_ns), lambda: not self._silent_at(self._now_ns()))
 
-    def silence(self) -> None:
+    def reading_after(self, device_ns: int) -> "_Reading":
+        """Return the states right after a device time."""
+        return _Reading(lambda: self._states_at(device_ns), lambda: True)
+
+    def stalled_s(self) -> float:
+        """Return how long this process is said to have stood still."""
+        return self.faults.stalled_s
+
+    def silence(self, *, confirmed: bool = True) -> None:
         """Cancel a pending start and end a playing burst; lost devices cannot confirm it."""
         now_ns = self._now_ns()
-        if self._lost_at(now_ns):
+        if self._lost_at(now_ns) or self._silent_at(now_ns):
+            if not confirmed:
+                return
             raise DeviceError("the devices did not confirm that they are silent", do="switch them off")
         with self._device:
             if self._current and now_ns < self._current.ends_ns:
@@ -172,6 +185,9 @@ class VirtualBackend:
             ended=answering if ended else 0,
         )
 
+    def _silent_at(self, device_ns: int) -> bool:
+        return device_ns >= self._device_ns(self.faults.unanswered_from_s)
+
     def _lost_at(self, device_ns: int) -> int:
         return self.faults.lost_devices if device_ns >= self._device_ns(self.faults.lost_from_s) else 0
 
@@ -181,6 +197,12 @@ class VirtualBackend:
     @staticmethod
     def _device_ns(host_s: float) -> float:
         return host_s * 1e9 + _EPOCH_NS
+
+
+@dataclass(frozen=True)
+class _Reading:
+    result: Callable[[], DeviceStates]
+    done: Callable[[], bool]
 
 
 def _amplitude(emission: Emission, device_ns: NDArray[np.int64]) -> NDArray[np.float64]:
