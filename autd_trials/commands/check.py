@@ -56,7 +56,7 @@ def _refuse_unsafe(study: "Study", plan: "Plan") -> float | None:
 
 
 def _warn(facts: dict[str, Any]) -> None:
-    from autd_trials.array.ears import WARNING_LEVEL_DB
+    from autd_trials.stimulus import PUBLIC_LEVEL_DB
 
     left_s = facts["exposure limit_s"] - facts["exposure_s"]
     if left_s < facts["exposure of a trial_s"]:
@@ -67,10 +67,10 @@ def _warn(facts: dict[str, Any]) -> None:
     ear_level_db = facts["ear level_db"]
     if ear_level_db is None:
         say("warning: the level at the ears is not predicted: the protocol does not say where the head is")
-    elif ear_level_db > WARNING_LEVEL_DB:
+    elif ear_level_db > PUBLIC_LEVEL_DB:
         say(
-            f"warning: {ear_level_db:.0f} dB SPL are predicted at the ears (free field, linear theory); over "
-            f"{WARNING_LEVEL_DB:.0f} dB nobody should be exposed without hearing protection"
+            f"warning: {ear_level_db:.0f} dB SPL are predicted at the ears (free field, linear theory), "
+            f"over the {PUBLIC_LEVEL_DB:.0f} dB for the public"
         )
 
 

@@ -16,12 +16,12 @@ from autd_trials.array.backend import Backend
 from autd_trials.array.driver import Stimulus
 from autd_trials.array.emulator import Emulator
 from autd_trials.array.geometry import UnitPose
-from autd_trials.array.limits import Limits
 from autd_trials.array.link import EmulatorLink
 from autd_trials.array.phased_array import PhasedArray
 from autd_trials.array.virtual_backend import VirtualBackend
 from autd_trials.clock import RealClock, VirtualClock
 from autd_trials.errors import StoppedByPerson
+from autd_trials.stimulus import Limits
 
 MakeStimulus = Callable[..., Stimulus]
 
@@ -58,7 +58,13 @@ def bench(request: pytest.FixtureRequest, units: list[UnitPose]) -> Iterator[Ben
     backend: Backend = (
         VirtualBackend(clock) if request.param == "virtual" else Autd3Backend(EmulatorLink(), clock)
     )
-    limits = Limits(1.0, 16.0, 1.0, 1e6)
+    limits = Limits(
+        largest_drive=1.0,
+        longest_burst_s=16.0,
+        largest_duty=1.0,
+        session_exposure_s=36_000.0,
+        daily_exposure_s=36_000.0,
+    )
     array = PhasedArray(units, backend, limits, clock, speed_of_sound_m_s=343.2)
     array.open()
     yield Bench(array, backend, clock)

@@ -15,15 +15,14 @@ import sys
 import threading
 import time
 from contextlib import suppress
-from dataclasses import replace
 
 from autd_trials.array.autd3_backend import Autd3Backend
 from autd_trials.array.emulator import Emulator
-from autd_trials.array.limits import Limits
 from autd_trials.array.link import EmulatorLink
 from autd_trials.array.phased_array import PhasedArray
 from autd_trials.clock import RealClock
 from autd_trials.errors import DeviceError, StoppedByPerson
+from autd_trials.stimulus import Limits
 from tests.benchmarks.bench_array_timing import BURST, busy_cores, emulated_units
 
 LONGEST_S, LONGEST_UNNOTICED_S = 0.05, 0.3
@@ -52,7 +51,13 @@ def report(what: str, busy: int, times_s: list[float], limit_s: float) -> bool:
 def new_array(link: EmulatorLink) -> tuple[PhasedArray, Autd3Backend]:
     """Return an open array of 18 emulated devices."""
     backend = Autd3Backend(link, RealClock())
-    limits = Limits(1.0, 16.0, 1.0, 1e6)
+    limits = Limits(
+        largest_drive=1.0,
+        longest_burst_s=16.0,
+        largest_duty=1.0,
+        session_exposure_s=36_000.0,
+        daily_exposure_s=36_000.0,
+    )
     array = PhasedArray(emulated_units(), backend, limits, RealClock(), speed_of_sound_m_s=343.2)
     array.open()
     return array, backend
@@ -81,7 +86,7 @@ def lose_once(moment_s: float) -> float:
     with Emulator(18) as emulator:
         array, _ = new_array(EmulatorLink(emulator.address))
         try:
-            array.arm(replace(BURST, duration_s=8.0))
+            array.arm(BURST.model_copy(update={"duration_s": 8.0}))
             killed_s = array.start(clock.now_s()).onset_s + moment_s
             watch_until(array, killed_s)
             emulator.kill()
