@@ -6,6 +6,7 @@ from typing import Protocol
 
 from pydantic import Field
 
+from autd_trials.model import Model
 from autd_trials.stimulus import StimulusFields
 
 
@@ -18,15 +19,14 @@ class Stimulus(StimulusFields):
     target_mm: tuple[float, float, float] = Field(description="The focus in mm in the calibrated frame.")
 
 
-@dataclass(frozen=True)
-class ArrayInfo:
+class ArrayInfo(Model):
     """What the log keeps of an array; `emulated` is what the firmware says, not what the rig file hopes."""
 
     driver: str
     link: str
     emulated: bool
-    devices: int
-    transducers: int
+    devices: int = Field(ge=0)
+    transducers: int = Field(ge=0)
     firmware: tuple[str, ...]
 
 

@@ -105,7 +105,7 @@ def _wait_for_flow(output: "_Output", runner: "_Runner") -> None:
 
 
 def _watch(output: "_Output", watch: RouteWatch, runner: "_Runner") -> None:
-    """Report underruns until the runner ends it, the device takes no more sound, or the sound goes elsewhere."""
+    """Report underruns until the runner ends it, the device takes no sound, or the sound goes elsewhere."""
     alive_s = time.monotonic()
     while not runner.gone:
         for time_s in output.new_underruns():

@@ -22,8 +22,8 @@ class Devices:
         """Open all; return what the log keeps of them. If one fails, the others are closed again."""
         try:
             return {
-                "array": asdict(self.array.open()),
-                "masker": asdict(self.masker.open()) if self.masker else None,
+                "array": self.array.open().model_dump(mode="json"),
+                "masker": self.masker.open().model_dump(mode="json") if self.masker else None,
                 "responder": asdict(self.responder.open()),
             }
         except BaseException:
