@@ -9,17 +9,21 @@ from autd_trials.commands.output import print_json, print_text, say
 if TYPE_CHECKING:
     from autd_trials.commands.study import Study
     from autd_trials.protocol.plan import Plan
+    from autd_trials.rig.probe import Finding
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("protocol", metavar="PROTOCOL", help="path, or the bare name of a shipped protocol")
     parser.add_argument("--rig", metavar="FILE", default="emulated", help="rig file, or bare name (emulated)")
+    parser.add_argument(
+        "--devices", action="store_true", help="open every device that the rig names, and close it again"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
 def execute(options: argparse.Namespace) -> int:
-    """Validate, plan a first session, and let the array layer judge every stimulus; nothing is started."""
+    """Validate, plan a first session, and let the array layer judge every stimulus; nothing is emitted."""
     from autd_trials.commands.study import load_study
     from autd_trials.protocol.plan import make_plan
 
@@ -27,12 +31,26 @@ def execute(options: argparse.Namespace) -> int:
     plan = make_plan(study.protocol, place=1, session=1, seed=1)
     ear_level_db = _refuse_unsafe(study, plan)
     facts = _facts(study, plan, ear_level_db)
+    findings = _probe(study) if options.devices else []
     if options.json:
-        print_json(facts)
+        devices = {found.device: {"ok": found.failure is None, "found": found.found} for found in findings}
+        print_json({**facts, "devices": devices} if options.devices else facts)
     else:
-        print_text("\n".join(f"{name:<24}{value}" for name, value in facts.items()))
+        lines = {**facts, **{f"device: {found.device}": found.found for found in findings}}
+        print_text("\n".join(f"{name:<24}{value}" for name, value in lines.items()))
     _warn(facts)
-    return 0
+    failures = [found.failure for found in findings if found.failure is not None]
+    for failure in failures:
+        say(f"error: {failure}")
+    return max((failure.exit_code for failure in failures), default=0)
+
+
+def _probe(study: "Study") -> "list[Finding]":
+    from autd_trials.clock import RealClock
+    from autd_trials.rig.build import Builder
+    from autd_trials.rig.probe import probe
+
+    return probe(Builder(study.loaded_rig, study.protocol, RealClock(), virtual=False))
 
 
 def _refuse_unsafe(study: "Study", plan: "Plan") -> float | None:
