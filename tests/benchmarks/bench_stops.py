@@ -105,6 +105,7 @@ class Halted:
 
     array: PhasedArray
     backend: Autd3Backend
+    disk: "SlowDisk | None"
     silent_s: float = 0.0
     known: Event = field(default_factory=Event)
 
@@ -114,34 +115,35 @@ class Halted:
             assert self.backend.states().silent
         self.silent_s = time.monotonic()
         self.known.set()
+        if self.disk is not None:
+            self.disk.slow = False  # the benchmark has seen enough
 
 
 def serve(case: str, sessions: int, folder: Path) -> None:
     """Run sessions that are stopped; print a line when one emits, and one when it is silent."""
     sys.setswitchinterval(0.0005)  # as a session has it
-    if case == "slow disk":
-        _slow_down_the_disk()
+    disk = SlowDisk() if case == "slow disk" else None
     protocol = load_protocol(_protocol(folder))
     units = load_rig("emulated", datetime.now(UTC)).calibration.unit_poses()
     for number in range(sessions):
-        _run(
-            case, protocol, make_plan(protocol, place=1, session=1, seed=number), units, folder / f"{number}"
-        )
+        _run(case, protocol, plan, units, folder / str(number), disk)
 
 
-def _run(case: str, protocol: Protocol, plan: Plan, units: list[Any], path: Path) -> None:
+def _run(
+    case: str, protocol: Protocol, plan: Plan, units: list[Any], path: Path, disk: "SlowDisk | None"
+) -> None:
     clock, interrupts = RealClock(), Interrupts()
     backend = Autd3Backend(EmulatorLink(), clock)
     limits = Limits(largest_drive=1, longest_burst_s=16, largest_duty=1, session_exposure_s=36_000)
     array = PhasedArray(units, backend, limits, clock, speed_of_sound_m_s=343.2)
     devices = Devices(array, None, Presser(_PRESSES_HZ.get(case, 0.0)))
-    halted = Halted(array, backend)
+    halted = Halted(array, backend, disk)
     interrupts.on_abort = halted
     with interrupts.on_signals(in_a_thread=True), EventLog.create(path) as log:
         described = devices.open()
         if case == "slow device call":
             _slow_down(array)
-        recorder = Recorder(log, clock, listeners=[_listener(case)])
+        recorder = Recorder(log, clock, listeners=[_listener(case, disk)])
         _record_start(recorder, protocol, plan, described)
         try:
             runner = SessionRunner(
@@ -161,9 +163,13 @@ def _run(case: str, protocol: Protocol, plan: Plan, units: list[Any], path: Path
             devices.close()
 
 
-def _listener(case: str) -> Callable[[events.Event], None]:
+def _listener(case: str, disk: "SlowDisk | None") -> Callable[[events.Event], None]:
     def listen(event: events.Event) -> None:
-        if event.event == "stimulus" or (case == "press flood" and event.event == "pause"):
+        if event.event == "trial-start" and disk is not None:
+            disk.slow = True  # the line that follows the start command waits for it, in mid-burst
+            print("emits", flush=True)
+            return
+        if (event.event == "stimulus" and disk is None) or (case == "press flood" and event.event == "pause"):
             print("emits", flush=True)
             end_s = time.monotonic() + _HELD_UP_S
             while case == "slow listener" and time.monotonic() < end_s:
@@ -234,7 +240,7 @@ def measure(case: str, stops: int, folder: Path, chance: random.Random) -> list[
     for number in range(stops):
         while process.stdout.readline() != "emits\n":
             assert process.poll() is None
-        time.sleep(chance.uniform(0.0, 1.0))
+        time.sleep(chance.uniform(0.3, 1.3))
         stop = _SIGNALS[number % len(_SIGNALS)]
         if stop == signal.SIGINT:
             process.send_signal(stop)
