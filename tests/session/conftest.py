@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,12 +31,15 @@ from autd_trials.session.devices import Devices
 from autd_trials.session.events import ConfirmedBy, Event
 from autd_trials.session.interrupts import Interrupts
 from autd_trials.session.operator import Decision
+from autd_trials.session.preflight import Used, preflight
 from autd_trials.session.recorder import Listener, Recorder
 from autd_trials.session.runner import Done, SessionRunner, confirm_beginning
 from autd_trials.stimulus import Limits
 
 WINDOW_S = 2.5
 PAUSE_S = 1.5
+LIMITS = Limits(largest_drive=1, longest_burst_s=2, largest_duty=1, session_exposure_s=1000)
+UNUSED = Used()
 
 
 @dataclass
@@ -125,13 +129,41 @@ class Stage:
     operator: ScriptedOperator
     interrupts: Interrupts
     log: MemoryLog
+    limits: Limits = LIMITS
+    used: Used = UNUSED
+    earlier_bursts: tuple[tuple[float, float], ...] = ()
     listeners: list[Listener] = field(default_factory=list)
+
+    @classmethod
+    def of_protocol(cls, protocol: Protocol, plan: Plan) -> "Stage":
+        clock = VirtualClock(datetime(2026, 11, 22, 9, 0, tzinfo=UTC))
+        return cls(
+            protocol=protocol,
+            plan=plan,
+            clock=clock,
+            backend=VirtualBackend(clock),
+            masker=EmulatedMasker(-30.0, clock),
+            responder=ScriptedResponder(clock),
+            operator=ScriptedOperator(),
+            interrupts=Interrupts(),
+            log=MemoryLog(),
+        )
 
     def run(self, done: Done | None = None) -> list[Event]:
         units = [UnitPose("unit 1", np.eye(3), np.zeros(3))]
-        limits = Limits(largest_drive=1, longest_burst_s=2, largest_duty=1, session_exposure_s=1000)
-        array = PhasedArray(units, self.backend, limits, self.clock, speed_of_sound_m_s=343.0)
+        array = PhasedArray(
+            units,
+            self.backend,
+            self.limits,
+            self.clock,
+            speed_of_sound_m_s=343.0,
+            exposure_used_s=self.used.session_s,
+            daily_used_s=self.used.today_s,
+            earlier_bursts=self.earlier_bursts,
+        )
         devices = Devices(array, self.masker, self.responder)
+        to_do = [t for t in self.plan.trials if t.trial not in (done or Done()).complete]
+        preflight(self.protocol, self.plan, array, self.limits, self.used, to_do)
         devices.open()
         self.interrupts.on_abort = array.halt
         try:
@@ -156,22 +188,11 @@ class Stage:
 
 @pytest.fixture
 def stage() -> Stage:
-    clock = VirtualClock(datetime(2026, 11, 22, 9, 0, tzinfo=UTC))
-    return Stage(
-        protocol=_protocol(),
-        plan=_plan(),
-        clock=clock,
-        backend=VirtualBackend(clock),
-        masker=EmulatedMasker(-30.0, clock),
-        responder=ScriptedResponder(clock),
-        operator=ScriptedOperator(),
-        interrupts=Interrupts(),
-        log=MemoryLog(),
-    )
+    return Stage.of_protocol(small_protocol(), _plan())
 
 
-def _protocol() -> Protocol:
-    return Protocol(
+def small_protocol(**changes: Any) -> Protocol:
+    protocol = Protocol(
         name="small",
         description="Two blocks of three trials.",
         study=Study(
@@ -192,6 +213,7 @@ def _protocol() -> Protocol:
         response=Response(question="Felt?"),
         safety=Safety(longest_burst_s=1.0, largest_duty=1.0, session_exposure_s=100.0),
     )
+    return protocol.model_copy(update=changes)
 
 
 def _plan() -> Plan:
