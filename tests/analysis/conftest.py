@@ -260,5 +260,5 @@ def chest(writer: StudyWriter) -> StudyWriter:
 
 @pytest.fixture(autouse=True)
 def _records_of_stubs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave records unverified here: these studies are tables with stubs of logs (see tests/records/test_verify)."""
+    """Leave records unverified here: these studies are tables beside stubs of logs."""
     monkeypatch.setattr("analysis.trials.verify_study", lambda _study: [])

@@ -2,7 +2,6 @@ from pathlib import Path
 
 import pytest
 
-from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Factor, Factors
 from autd_trials.records.log import LogContents
 from autd_trials.records.trials_table import trial_columns, trial_rows
@@ -104,7 +103,6 @@ def test_a_trial_with_a_lost_line_keeps_its_row(lost: int) -> None:
     (row,) = rows(script)
     assert (row["trial"], row["modulation_hz"]) == (2, 50.0)
     assert row["trial_status"] == ("interrupted" if lost == 4 else "complete")
-
 
 
 def test_no_factor_can_take_the_name_of_a_column() -> None:
