@@ -93,6 +93,9 @@ class ArrayDriver(Protocol):
     def check(self, stimuli: Sequence[Stimulus]) -> None:
         """Refuse (UnsafeError, UsageError) what could not be emitted one after the other under the limits."""
 
+    def earliest_s(self, stimulus: Stimulus, onset_s: float) -> float:
+        """Return the earliest host time from `onset_s` on at which the limits let a stimulus begin."""
+
     def arm(self, stimulus: Stimulus) -> Exposure:
         """Preload a stimulus in silence; return what it would do. Refuses as `check` does."""
 

@@ -56,6 +56,10 @@ class PhasedArray:
         Speed of sound in m/s.
     exposure_used_s
         Exposure that the session has used before, in s at full drive.
+    daily_used_s
+        What the participant was exposed to in the 24 h before, this session included.
+    earlier_bursts
+        When earlier bursts began and ended, on the host's clock; the newest last.
     ears
         Watches over the level at the ears; None if it is not known where they are.
     """
@@ -69,12 +73,16 @@ class PhasedArray:
         *,
         speed_of_sound_m_s: float,
         exposure_used_s: float = 0.0,
+        daily_used_s: float = 0.0,
+        earlier_bursts: Sequence[tuple[float, float]] = (),
         ears: EarWatch | None = None,
     ) -> None:
         self._units = list(units)
         self._transducers_mm = transducer_positions_mm(self._units)
         self._backend = backend
-        self._meter = ExposureMeter(limits, exposure_used_s)
+        self._meter = ExposureMeter(
+            limits, exposure_used_s, daily_used_s=daily_used_s, earlier_bursts=earlier_bursts
+        )
         self._ears = ears
         self._clock = clock
         self._speed_of_sound_m_s = speed_of_sound_m_s
@@ -115,6 +123,10 @@ class PhasedArray:
         for stimulus in dict.fromkeys(stimuli):
             self._burst(stimulus)
         self._meter.refuse_unsafe(stimuli)
+
+    def earliest_s(self, stimulus: Stimulus, onset_s: float) -> float:
+        """Return the earliest host time from `onset_s` on at which the share of on-time allows a stimulus."""
+        return self._meter.earliest_s(stimulus, onset_s)
 
     def arm(self, stimulus: Stimulus) -> Exposure:
         """Preload a stimulus in silence; return its exposure and the level at the ears."""

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from autd_trials.records.log_table import LOG_COLUMNS
 from autd_trials.records.sessions import StudySession
 from autd_trials.records.trials_table import trial_columns
 from autd_trials.tables import MISSING, Column, describe
@@ -58,6 +59,15 @@ def changes_text(sessions: Sequence[StudySession]) -> str:
 def task_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
     """Return the sidecar of all trial tables; the newest session's protocol speaks for the task."""
     protocols = [session.log.start.protocol for session in by_time(sessions)]
+    return {**_task(sessions), **describe(trial_columns(protocols))}
+
+
+def log_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
+    """Return the sidecar of all tables of what happened beside the trials."""
+    return {**_task(sessions), **describe(LOG_COLUMNS)}
+
+
+def _task(sessions: Sequence[StudySession]) -> dict[str, Any]:
     newest = by_time(sessions)[-1].log.start
     study = newest.protocol.study
     return {
@@ -74,8 +84,18 @@ def task_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
             "SoftwareVersion": newest.versions.get("autd-trials", "unknown"),
             "OperatingSystem": newest.versions.get("system", "unknown"),
         },
-        **describe(trial_columns(protocols)),
     }
+
+
+def _counting(sessions: Sequence[StudySession]) -> Sequence[StudySession]:
+    """Return the sessions whose place counts: those that came to a trial; of people, if there are such."""
+    for wanted in (
+        [each for each in sessions if each.standing.attempts and not each.log.start.simulated],
+        [each for each in sessions if each.standing.attempts],
+    ):
+        if wanted:
+            return wanted
+    return sessions
 
 
 def _mark(sessions: Sequence[StudySession]) -> str:
@@ -92,7 +112,7 @@ PARTICIPANT_COLUMNS: tuple[Column[Sequence[StudySession]], ...] = (
         "place",
         "Place in the roster, from 1, in order of first appearance; the order of the blocks is balanced over "
         "the places.",
-        lambda sessions: sessions[0].log.start.plan.place,
+        lambda sessions: _counting(sessions)[0].log.start.plan.place,
     ),
     Column(
         "simulated",

@@ -9,11 +9,9 @@ from autd_trials.session.events import Event, Fault, Note, Pause, Resume
 from autd_trials.tables import Column
 
 
-def emulated(session: StudySession) -> bool | None:
-    """Return whether the array's firmware was emulated; None where the log does not say."""
-    array = session.log.start.devices.get("array")
-    known = array.get("emulated") if isinstance(array, dict) else None
-    return known if isinstance(known, bool) else None
+def emulated(session: StudySession) -> bool:
+    """Return whether the array's firmware was emulated."""
+    return session.log.start.devices.array.emulated
 
 
 def bids_time(utc: str) -> str | None:
@@ -37,7 +35,7 @@ SESSION_COLUMNS: tuple[Column[StudySession], ...] = (
     Column(
         "status",
         "How the session ended.",
-        lambda session: session.progress.status,
+        lambda session: session.standing.status,
         levels={
             "success": "All trials are complete.",
             "aborted": "A person ended it.",
@@ -61,16 +59,16 @@ SESSION_COLUMNS: tuple[Column[StudySession], ...] = (
     Column(
         "trials_planned", "Trials in the session's plan.", lambda session: len(session.log.start.plan.trials)
     ),
-    Column("trials_complete", "Trials that are complete.", lambda session: len(session.progress.complete)),
+    Column("trials_complete", "Trials that are complete.", lambda session: len(session.standing.complete)),
     Column(
         "attempts_interrupted",
         "Attempts at a trial that do not count.",
-        lambda session: session.progress.attempts_interrupted,
+        lambda session: session.standing.attempts_interrupted,
     ),
     Column(
         "exposure_s",
         "Sum of the commanded exposures: drive squared times duration.",
-        lambda session: to_us(session.progress.exposure_s),
+        lambda session: to_us(session.standing.exposure_s),
         units="s",
     ),
     Column("pauses", "Pauses, breaks between blocks included.", _count(Pause)),

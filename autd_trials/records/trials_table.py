@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from autd_trials.errors import UsageError
 from autd_trials.protocol.plan import PlannedTrial
 from autd_trials.protocol.schema import Factor, Level, Protocol, StimulusSpec
 from autd_trials.records.columns import simulated_column, to_us
@@ -25,7 +24,7 @@ class Attempt:
     start: TrialStart | None = None
     stimulus: StimulusStart | None = None
     end: TrialEnd | None = None
-    presses: list[str] = field(default_factory=list)
+    presses: list[ResponseMade] = field(default_factory=list)
 
     def take(self, event: Event) -> None:
         """Keep what an event of this attempt says."""
@@ -36,7 +35,7 @@ class Attempt:
         elif isinstance(event, TrialEnd):
             self.end = event
         elif isinstance(event, ResponseMade):
-            self.presses.append(event.phase)
+            self.presses.append(event)
 
     @property
     def onset_s(self) -> float:
@@ -59,19 +58,29 @@ class Attempt:
         return self.end is not None and self.end.status == "complete"
 
     @property
+    def button(self) -> str | None:
+        """Which button, key or line made the answer; None if there was none."""
+        if self.end is None or self.end.response_time_s is None:
+            return None
+        answers = (
+            press.button
+            for press in self.presses
+            if press.phase == "window" and press.response_time_s == self.end.response_time_s
+        )
+        return next(answers, None)
+
+    def count(self, phase: str) -> int:
+        """Return how many presses fell into a phase."""
+        return sum(press.phase == phase for press in self.presses)
+
+    @property
     def levels(self) -> Mapping[str, Level | None]:
         """The levels of all that is varied, by name; None where there is none."""
         return self.start.conditions if self.start else self.planned.conditions
 
 
 def trial_rows(log: LogContents) -> list[Attempt]:
-    """Return every attempt at a trial, in the order of their onsets.
-
-    Raises
-    ------
-    UsageError
-        The log speaks of a trial that its plan does not have.
-    """
+    """Return every attempt at a trial, in the order of their onsets."""
     plan = {trial.trial: trial for trial in log.start.plan.trials}
     attempts: dict[tuple[int, int], Attempt] = {}
     for event in log.events:
@@ -79,8 +88,6 @@ def trial_rows(log: LogContents) -> list[Attempt]:
             continue
         if event.trial is None or event.attempt is None:
             continue
-        if event.trial not in plan:
-            raise UsageError(f"trial {event.trial} is not in the session's plan", where=str(log.path))
         key = (event.trial, event.attempt)
         new = Attempt(plan[event.trial], event.attempt, event.t_s, log.start.simulated)
         attempts.setdefault(key, new).take(event)
@@ -214,6 +221,11 @@ _TRAILING: tuple[Column[Attempt], ...] = (
         units="s",
     ),
     Column(
+        "button",
+        "The button, key or line of the press that made the answer; n/a if there was none.",
+        lambda attempt: attempt.button,
+    ),
+    Column(
         "onset_lateness",
         "Actual onset minus planned onset.",
         of(_stimulus, lambda stimulus: to_us(stimulus.onset_t_s - stimulus.planned_onset_t_s)),
@@ -240,16 +252,14 @@ _TRAILING: tuple[Column[Attempt], ...] = (
     Column(
         "presses_before_onset",
         "Presses from the beginning of the trial to its onset.",
-        lambda attempt: attempt.presses.count("before_onset"),
+        lambda attempt: attempt.count("before_onset"),
     ),
     Column(
         "presses_in_window",
         "Presses within the response window, repeated ones included.",
-        lambda attempt: attempt.presses.count("window"),
+        lambda attempt: attempt.count("window"),
     ),
-    Column(
-        "presses_late", "Presses after the response window.", lambda attempt: attempt.presses.count("late")
-    ),
+    Column("presses_late", "Presses after the response window.", lambda attempt: attempt.count("late")),
     Column(
         "exposure_s",
         "Commanded exposure: drive squared times duration, as counted against the session's budget.",

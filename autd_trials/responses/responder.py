@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from autd_trials.model import Model
+
 
 @dataclass(frozen=True)
 class Press:
@@ -31,8 +33,7 @@ class Presentation:
     conditions: Mapping[str, float | str | None]
 
 
-@dataclass(frozen=True)
-class ResponderInfo:
+class ResponderInfo(Model):
     """What the log keeps of a response device."""
 
     kind: str

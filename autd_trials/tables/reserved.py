@@ -19,6 +19,7 @@ RESERVED_NAMES = frozenset(
         "block",
         "bootstrap_high",
         "bootstrap_low",
+        "button",
         "catch_trials",
         "channel",
         "clopper_pearson_high",

@@ -150,7 +150,7 @@ def test_a_full_disk_ends_the_session_and_what_was_recorded_stays(
         assert done.code == 4
         assert "disk" in done.err
         (log,) = small.glob("short/sourcedata/*/*/*_log.jsonl")
-        assert log.read_bytes().startswith(b'{"t_s"')
+        assert log.read_bytes().startswith(b'{"n":1,')
     finally:
         subprocess.run(["umount", str(small)], check=True)
 
@@ -276,3 +276,16 @@ def _child(parent: int, module: str) -> int:
         if int(status[1]) == parent and module in command:
             return int(path.name)
     raise AssertionError(f"{module} does not run")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize("command", [["plan", "chest"], ["schema", "protocol"], ["devices", "--json"]])
+def test_a_full_disk_behind_the_output_is_told(command: list[str]) -> None:
+    code = "import sys; from autd_trials.cli import main; sys.exit(main())"
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-c", code, *command], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == 2
+    assert "standard output: the result cannot be written" in done.stderr
+    assert "Traceback" not in done.stderr

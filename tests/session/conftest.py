@@ -1,8 +1,9 @@
 """A session on the array driver in virtual time, with a scripted responder and a log in memory."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,15 +28,18 @@ from autd_trials.protocol.schema import (
 )
 from autd_trials.responses.responder import Presentation, Press, ResponderInfo
 from autd_trials.session.devices import Devices
-from autd_trials.session.events import Event
+from autd_trials.session.events import ConfirmedBy, Event
 from autd_trials.session.interrupts import Interrupts
-from autd_trials.session.operator import ConfirmedBy, Decision
+from autd_trials.session.operator import Decision
+from autd_trials.session.preflight import Used, preflight
 from autd_trials.session.recorder import Listener, Recorder
-from autd_trials.session.runner import SessionRunner, Standing
+from autd_trials.session.runner import Done, SessionRunner, confirm_beginning
 from autd_trials.stimulus import Limits
 
 WINDOW_S = 2.5
 PAUSE_S = 1.5
+LIMITS = Limits(largest_drive=1, longest_burst_s=2, largest_duty=1, session_exposure_s=1000)
+UNUSED = Used()
 
 
 @dataclass
@@ -44,13 +48,16 @@ class MemoryLog:
 
     events: list[Event] = field(default_factory=list)
     full_after: int | None = None
+    waits: int = 0
     on_append: Callable[[Event], None] = lambda _event: None
 
-    def append(self, event: Event) -> None:
-        if self.full_after is not None and len(self.events) >= self.full_after:
-            raise DeviceError("no space left", where="disk", do="free some")
-        self.events.append(event)
-        self.on_append(event)
+    def append_all(self, events: Iterable[Event]) -> None:
+        self.waits += 1
+        for event in events:
+            if self.full_after is not None and len(self.events) >= self.full_after:
+                raise DeviceError("no space left", where="disk", do="free some")
+            self.events.append(event)
+            self.on_append(event)
 
 
 @dataclass
@@ -93,10 +100,6 @@ class ScriptedOperator:
     notes: tuple[str, ...] = ()
     confirmed_by: ConfirmedBy = "person"
     asked: list[str] = field(default_factory=list)
-    on_poll: Callable[[], None] = lambda: None
-
-    def poll(self) -> None:
-        self.on_poll()
 
     def read_out(self, instructions: str) -> None:
         self.asked.append(instructions)
@@ -126,15 +129,45 @@ class Stage:
     operator: ScriptedOperator
     interrupts: Interrupts
     log: MemoryLog
+    limits: Limits = LIMITS
+    used: Used = UNUSED
+    earlier_bursts: tuple[tuple[float, float], ...] = ()
     listeners: list[Listener] = field(default_factory=list)
 
-    def run(self, standing: Standing | None = None) -> list[Event]:
+    @classmethod
+    def of_protocol(cls, protocol: Protocol, plan: Plan) -> "Stage":
+        clock = VirtualClock(datetime(2026, 11, 22, 9, 0, tzinfo=UTC))
+        return cls(
+            protocol=protocol,
+            plan=plan,
+            clock=clock,
+            backend=VirtualBackend(clock),
+            masker=EmulatedMasker(-30.0, clock),
+            responder=ScriptedResponder(clock),
+            operator=ScriptedOperator(),
+            interrupts=Interrupts(),
+            log=MemoryLog(),
+        )
+
+    def run(self, done: Done | None = None) -> list[Event]:
         units = [UnitPose("unit 1", np.eye(3), np.zeros(3))]
-        limits = Limits(largest_drive=1, longest_burst_s=2, largest_duty=1, session_exposure_s=1000)
-        array = PhasedArray(units, self.backend, limits, self.clock, speed_of_sound_m_s=343.0)
+        array = PhasedArray(
+            units,
+            self.backend,
+            self.limits,
+            self.clock,
+            speed_of_sound_m_s=343.0,
+            exposure_used_s=self.used.session_s,
+            daily_used_s=self.used.today_s,
+            earlier_bursts=self.earlier_bursts,
+        )
         devices = Devices(array, self.masker, self.responder)
+        to_do = [t for t in self.plan.trials if t.trial not in (done or Done()).complete]
+        preflight(self.protocol, self.plan, array, self.limits, self.used, to_do)
         devices.open()
+        self.interrupts.on_abort = array.halt
         try:
+            confirm_beginning(self.operator, self.protocol, self.plan, (done or Done()).complete)
             SessionRunner(
                 self.protocol,
                 self.plan,
@@ -143,7 +176,7 @@ class Stage:
                 clock=self.clock,
                 interrupts=self.interrupts,
                 recorder=Recorder(self.log, self.clock, listeners=self.listeners),
-                standing=standing,
+                done=done,
             ).run()
         finally:
             devices.close()
@@ -155,22 +188,11 @@ class Stage:
 
 @pytest.fixture
 def stage() -> Stage:
-    clock = VirtualClock(datetime(2026, 11, 22, 9, 0, tzinfo=UTC))
-    return Stage(
-        protocol=_protocol(),
-        plan=_plan(),
-        clock=clock,
-        backend=VirtualBackend(clock),
-        masker=EmulatedMasker(-30.0, clock),
-        responder=ScriptedResponder(clock),
-        operator=ScriptedOperator(),
-        interrupts=Interrupts(),
-        log=MemoryLog(),
-    )
+    return Stage.of_protocol(small_protocol(), _plan())
 
 
-def _protocol() -> Protocol:
-    return Protocol(
+def small_protocol(**changes: Any) -> Protocol:
+    protocol = Protocol(
         name="small",
         description="Two blocks of three trials.",
         study=Study(
@@ -191,6 +213,7 @@ def _protocol() -> Protocol:
         response=Response(question="Felt?"),
         safety=Safety(longest_burst_s=1.0, largest_duty=1.0, session_exposure_s=100.0),
     )
+    return protocol.model_copy(update=changes)
 
 
 def _plan() -> Plan:

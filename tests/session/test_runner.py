@@ -14,7 +14,7 @@ from autd_trials.session.events import (
     StimulusStart,
     TrialEnd,
 )
-from autd_trials.session.runner import Standing
+from autd_trials.session.runner import Done
 from tests.session.conftest import PAUSE_S, WINDOW_S, Stage
 
 
@@ -200,13 +200,13 @@ def test_a_full_disk_silences_the_array_and_stops(stage: Stage) -> None:
 
 
 def test_a_resumed_session_runs_only_what_is_left(stage: Stage) -> None:
-    events = stage.run(Standing(complete=frozenset({1, 2, 3, 4}), attempts={5: 1}))
+    events = stage.run(Done(complete=frozenset({1, 2, 3, 4}), attempts={5: 1}))
     assert _complete(events) == [5, 6]
     assert [event.attempt for event in events if isinstance(event, TrialEnd)] == [2, 1]
     assert stage.operator.asked[1:] == ["block 2"]
 
 
-def test_what_the_limits_forbid_is_refused_before_the_first_trial(stage: Stage) -> None:
+def test_what_the_limits_forbid_is_refused_before_anything_is_asked_or_recorded(stage: Stage) -> None:
     long = [
         trial.model_copy(update={"stimulus": trial.stimulus.model_copy(update={"duration_s": 3.0})})
         for trial in stage.plan.trials
@@ -215,7 +215,8 @@ def test_what_the_limits_forbid_is_refused_before_the_first_trial(stage: Stage) 
     with pytest.raises(UnsafeError):
         stage.run()
     assert stage.backend.emissions == []
-    assert _end(stage.log.events).status == "failed"
+    assert stage.log.events == []
+    assert stage.operator.asked == []
 
 
 def test_a_broken_listener_is_dropped_and_the_session_goes_on(stage: Stage) -> None:
