@@ -256,3 +256,9 @@ def chest(writer: StudyWriter) -> StudyWriter:
     for number, counts in enumerate(CHEST_COUNTS, start=1):
         writer.add(f"{number:02}", chest_answer(counts))
     return writer
+
+
+@pytest.fixture(autouse=True)
+def _records_of_stubs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave records unverified here: these studies are tables with stubs of logs (see tests/records/test_verify)."""
+    monkeypatch.setattr("analysis.trials.verify_study", lambda _study: [])
