@@ -13,7 +13,7 @@ from autd_trials.responses.responder import Press
 from autd_trials.session.events import Fault, ResponseMade, TrialEnd
 from autd_trials.session.presses import IN_S, MOST_PRESSES, PressBook, TrialWindow
 from autd_trials.session.recorder import Recorder
-from tests.session.conftest import MemoryLog, Stage
+from autd_trials.testing.stage import MemoryLog, Stage
 
 
 def recorded(log: MemoryLog) -> list[float]:
@@ -66,15 +66,15 @@ def test_the_rate_counts_over_batches(stage: Stage) -> None:
 
 def test_a_flood_pauses_the_session_and_the_trial_runs_again(stage: Stage) -> None:
     stage.operator.go_on = 1
-    present = stage.responder.present
+    present = stage.script.present
 
     def flood_once(presentation: object) -> None:
         present(presentation)  # type: ignore[arg-type]
-        if len(stage.responder.presented) == 2:
-            onset_s = stage.responder.presented[-1].onset_s
-            stage.responder.due += [Press(onset_s + number / 1000, "a") for number in range(900)]
+        if len(stage.script.presented) == 2:
+            onset_s = stage.script.presented[-1].onset_s
+            stage.script.due += [Press(onset_s + number / 1000, "a") for number in range(900)]
 
-    stage.responder.present = flood_once  # type: ignore[method-assign]
+    stage.script.present = flood_once  # type: ignore[method-assign]
     events = stage.run()
     assert [event.device for event in events if isinstance(event, Fault)] == ["responder"]
     second = [event for event in events if isinstance(event, TrialEnd) and event.trial == 2]
@@ -82,7 +82,7 @@ def test_a_flood_pauses_the_session_and_the_trial_runs_again(stage: Stage) -> No
 
 
 def test_a_flood_that_nobody_mends_ends_the_session_and_an_abort_in_it_is_obeyed(stage: Stage) -> None:
-    stage.responder.press_after_s = tuple(0.001 * number for number in range(1000))
+    stage.script.press_after_s = tuple(0.001 * number for number in range(1000))
     stage.operator.go_on = 1000
     stage.listeners.append(
         lambda event: stage.interrupts.request_abort() if len(stage.of("pause")) == 3 else None
