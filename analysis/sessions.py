@@ -5,7 +5,8 @@ from pathlib import Path
 
 from autd_trials.records.layout import log_paths
 from autd_trials.records.log import LogContents, has_begun, read_log
-from autd_trials.session.events import SessionEnd, SessionStart
+from autd_trials.session.events import SessionStart
+from autd_trials.session.standing import Status, standing
 
 LOG_SUFFIX = "_log.jsonl"
 
@@ -23,7 +24,7 @@ class LoggedSession:
     start
         Its first line: protocol, plan, and whether the participant was simulated.
     status
-        How the session ended: success, aborted or failed; None if the log does not say.
+        How the session ended: success, aborted or failed; interrupted if its log just stops.
     damaged_lines
         Numbers of the log's lines that cannot be read.
     """
@@ -31,7 +32,7 @@ class LoggedSession:
     name: str
     log: Path
     start: SessionStart
-    status: str | None
+    status: Status
     damaged_lines: tuple[int, ...]
 
 
@@ -61,11 +62,10 @@ def read_sessions(study: Path) -> tuple[tuple[LoggedSession, ...], tuple[Path, .
 
 
 def _session(contents: LogContents) -> LoggedSession:
-    ends = [event.status for event in contents.events if isinstance(event, SessionEnd)]
     return LoggedSession(
         name=contents.path.name.removesuffix(LOG_SUFFIX),
         log=contents.path,
         start=contents.start,
-        status=ends[-1] if ends else None,
+        status=standing(contents.events).status,
         damaged_lines=tuple(number for number, _ in contents.damaged),
     )

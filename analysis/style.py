@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis.wording import shortened
+from autd_trials.records.disk import replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -138,11 +139,10 @@ def save_figure(figure: "Figure", folder: Path, stem: str) -> list[Path]:
     """
     files = [folder / f"{stem}.{kind}" for kind in FORMATS]
     for kind, file in zip(FORMATS, files, strict=True):
-        half = file.with_name(f".{file.name}.part")
         # Fast compression: a third of the time of a picture goes into the last tenth of its size.
         options: dict[str, Any] = {"pil_kwargs": {"compress_level": 3}} if kind == "png" else {}
-        figure.savefig(half, format=kind, dpi=300, metadata=_METADATA[kind], **options)
-        half.replace(file)
+        with replacing(file) as half:
+            figure.savefig(half, format=kind, dpi=300, metadata=_METADATA[kind], **options)
     return files
 
 

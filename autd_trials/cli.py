@@ -15,12 +15,16 @@ _COMMANDS: Final = {
     "schema": "print the JSON Schema of protocol or rig files, for editors",
     "export": "make a study's BIDS data set again from its logs",
     "analyse": "detection rates, planned comparisons and the figure of a study",
+    "study": "look after a recorded study: verify its logs",
     "field": "the predicted field around foci: pictures, metrics, pose errors, microphone scans",
     "power": "how many participants a study needs: whole studies, simulated and tested",
     "calibrate": "where the units stand: from a waved target, live or from files, and from sound",
     "sensor": "watch the target from one unit, and send what is seen to the computer that calibrates",
     "devices": "list what is connected: serial ports, sound devices, network interfaces",
 }
+_MODULES: Final = {"study": "study_records"}
+"""Modules of commands that are not called as their command."""
+
 _STOPPED_BY_SIGNAL = 130
 _OUTPUT_CLOSED = 141
 
@@ -62,4 +66,4 @@ def _execute(options: argparse.Namespace) -> int:
 
 
 def _module(command: str):  # type: ignore[no-untyped-def]  # a module of autd_trials.commands
-    return importlib.import_module(f"autd_trials.commands.{command}")
+    return importlib.import_module(f"autd_trials.commands.{_MODULES.get(command, command)}")

@@ -125,6 +125,30 @@ def duty_until(bursts: Iterable[tuple[float, float]], end_s: float) -> float:
     return on_s / DUTY_WINDOW_S
 
 
+def earliest_onset_s(
+    bursts: Sequence[tuple[float, float]], duration_s: float, limit: float, from_s: float
+) -> float:
+    """Return the earliest onset of a burst, from `from_s` on, with which the duty keeps to a limit.
+
+    Parameters
+    ----------
+    bursts
+        Each burst's (onset_s, end_s), one after the other, all before `from_s`.
+    duration_s
+        The burst's length in s; shorter than the limit's share of 60 s.
+    limit
+        The largest share of on-time in any 60 s.
+    from_s
+        When it would begin.
+    """
+    left_s = limit * DUTY_WINDOW_S - duration_s
+    for onset_s, end_s in reversed(bursts):
+        if end_s - onset_s > left_s:  # of this burst, only its last left_s may lie in the window
+            return max(from_s, end_s - max(left_s, 0.0) + DUTY_WINDOW_S - duration_s)
+        left_s -= end_s - onset_s
+    return from_s
+
+
 def largest_duty(bursts: Sequence[tuple[float, float]]) -> float:
     """Return the largest share of on-time in any 60 s; the window that holds most ends where a burst ends."""
     return max((duty_until(bursts, off_s) for _, off_s in bursts), default=0.0)

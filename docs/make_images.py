@@ -18,10 +18,11 @@ from autd_trials.calibration.file import load_calibration
 from autd_trials.calibration.sensors.scene import LoadedScene
 from autd_trials.calibration.target import find_target
 from autd_trials.cli import main as autd_trials
+from autd_trials.console.controls import controls_line
 from autd_trials.console.screen import render
-from autd_trials.console.status import Status, fold
 from autd_trials.records.log import read_log
 from autd_trials.session.events import StimulusStart
+from autd_trials.session.standing import standing
 from autd_trials.yamlfile.shipped import find_file
 
 _IMAGES = Path(__file__).parent / "images"
@@ -72,14 +73,12 @@ def _draw_power(folder: Path) -> None:
 
 
 def _draw_screen(log: Path) -> None:
-    status, onset_t_s = Status(), 0.0
-    for event in read_log(log).events:
-        status = fold(status, event)
-        if isinstance(event, StimulusStart) and event.trial == _SHOWN_TRIAL:
-            onset_t_s = event.onset_t_s
-            break
+    events = read_log(log).events
+    shown = next(e for e in events if isinstance(e, StimulusStart) and e.trial == _SHOWN_TRIAL)
+    now = standing(events[: events.index(shown) + 1])
+    footer = controls_line(answers="space: hand raised", keys=True, attended=True)
     console = Console(record=True, width=110, file=io.StringIO(), force_terminal=True)
-    console.print(render(status, onset_t_s + _AFTER_ONSET_S, unblind=False))
+    console.print(render(now, shown.onset_t_s + _AFTER_ONSET_S, unblind=False, footer=footer))
     drawing = console.export_svg(title="run-protocol chest.yaml")
     own = re.sub(r"@font-face \{.*?\}", "", drawing, flags=re.DOTALL)  # no fonts from the web
     (_IMAGES / "screen.svg").write_text(own, encoding="utf-8")

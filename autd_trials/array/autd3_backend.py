@@ -4,16 +4,17 @@ The SDK is asynchronous; it runs in an event loop of its own thread. Every call 
 """
 
 import contextlib
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Coroutine, Sequence
 from concurrent.futures import CancelledError, Future
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any, TypeVar
 
 from autd3 import Autd3Error, FirmwareVersion
 
 from autd_trials.array.autd3_client import ArrayClient, open_client
 from autd_trials.array.autd3_errors import device_error
-from autd_trials.array.backend import Burst, DeviceStates, TimePair
+from autd_trials.array.backend import Burst, DeviceStates, Latch, Reading, TimePair
 from autd_trials.array.background import BackgroundLoop
 from autd_trials.array.commands import command_to_start, commands_to_load, commands_to_open
 from autd_trials.array.driver import ArrayInfo
@@ -27,6 +28,7 @@ T = TypeVar("T")
 _OPEN_S = 8.0
 _CALL_S = 1.0
 _SILENCE_S = 0.9
+_HALT_S = 1.3  # what is being sent meanwhile is waited for
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,18 @@ class _Opened:
     loop: BackgroundLoop
     where: str
     release: contextlib.ExitStack
+
+
+@dataclass(frozen=True)
+class _Reading:
+    future: Future[DeviceStates]
+    where: str
+
+    def done(self) -> bool:
+        return self.future.done()
+
+    def result(self) -> DeviceStates:
+        return _result(self.future, self.where, _CALL_S)
 
 
 class Autd3Backend:
@@ -52,19 +66,25 @@ class Autd3Backend:
         self._link = link
         self._clock = clock
         self._opened: _Opened | None = None
+        self._halted = Latch()
+        self._handover = Lock()  # so that `halt` never meets an event loop that has ended
 
     def open(self, devices: Sequence[DevicePose]) -> ArrayInfo:
         """Take exactly these devices and leave them silent."""
+        self._halted.clear()
         with contextlib.ExitStack() as stack:
             link = stack.enter_context(HeldLink(self._link, len(devices)))
             loop = BackgroundLoop("autd3")
             stack.callback(loop.stop)
-            opening = open_client(devices, link.address, emulated=link.emulated, clock=self._clock)
+            opening = open_client(
+                devices, link.address, emulated=link.emulated, clock=self._clock, halted=self._halted
+            )
             client = _call(loop, opening, link.description, _OPEN_S)
             stack.callback(_leave, loop, client)
             firmware = _call(loop, client.firmware(), link.description)
             _refuse_other_firmware(firmware, emulated=link.emulated, where=link.description)
             _call(loop, client.send(commands_to_open()), link.description)
+            self._halted.refuse()  # set while it was being opened
             self._opened = _Opened(client, loop, link.description, stack.pop_all())
         return ArrayInfo(
             driver="autd3",
@@ -91,15 +111,24 @@ class Autd3Backend:
         """Read the devices' states; lost devices are counted, not raised."""
         return self._call(self._client.states())
 
-    def states_after(self, device_ns: int) -> Callable[[], DeviceStates]:
-        """Have the states read right after a device time, in the background; call the result for them."""
-        opened = self._require_open()
-        future = opened.loop.submit(opened.client.states_after(device_ns))
-        return lambda: _result(future, opened.where, _CALL_S)
+    def reading(self) -> Reading:
+        """Have the states read now, in the background."""
+        return self._reading(self._client.states())
 
-    def silence(self) -> None:
+    def reading_after(self, device_ns: int) -> Reading:
+        """Have the states read right after a device time, in the background."""
+        return self._reading(self._client.states_after(device_ns))
+
+    def stalled_s(self) -> float:
+        """Return how long this process stood still at most, in s, in the last 2 s; 0 if it ran freely."""
+        return self._require_open().loop.stalled_s()
+
+    def silence(self, *, confirmed: bool = True) -> None:
         """Cancel a pending start and end a playing burst, now; nothing to do before it is opened."""
         if self._opened is None:
+            return
+        if not confirmed:
+            self._opened.loop.submit(self._opened.client.silence())
             return
         what = "the devices did not confirm that they are silent"
         do = "switch off the array's power if it still sounds; a burst that runs ends by itself"
@@ -110,11 +139,30 @@ class Autd3Backend:
         if not (states.silent or states.failsafe):
             raise DeviceError(what, where=self._opened.where, do=do)
 
+    def halt(self) -> None:
+        """Silence the devices and have every later `load` and `start` raise StoppedByPerson, until `open`.
+
+        The event loop's own thread sends the command, whatever the thread that uses the array waits for.
+        """
+        self._halted.set()
+        with self._handover:
+            if (opened := self._opened) is None:
+                return
+            silencing = opened.loop.submit(opened.client.silence_for_good())
+        with contextlib.suppress(DeviceError):  # of lost devices: their burst ends by itself
+            _result(silencing, opened.where, _HALT_S)
+
+    @property
+    def halted(self) -> Latch:
+        """Set by `halt`, cleared by `open`."""
+        return self._halted
+
     def close(self) -> None:
         """Silence the devices and let them go; never raises."""
         with contextlib.suppress(DeviceError):  # lost devices are let go all the same
             self.silence()
-        opened, self._opened = self._opened, None
+        with self._handover:
+            opened, self._opened = self._opened, None
         if opened:
             opened.release.close()
 
@@ -126,6 +174,10 @@ class Autd3Backend:
         if self._opened is None:
             raise RuntimeError("the array is not open")
         return self._opened
+
+    def _reading(self, states: Coroutine[Any, Any, DeviceStates]) -> Reading:
+        opened = self._require_open()
+        return _Reading(opened.loop.submit(states), opened.where)
 
     def _call(self, coroutine: Coroutine[Any, Any, T], timeout_s: float = _CALL_S) -> T:
         opened = self._require_open()

@@ -5,6 +5,7 @@ is read back.
 """
 
 import asyncio
+import contextlib
 from collections.abc import Callable, Sequence
 
 from autd3 import (
@@ -20,7 +21,7 @@ from autd3 import (
 from autd3.commands import Command
 from autd3.geometry import Autd3, Geometry
 
-from autd_trials.array.backend import DeviceStates, TimePair
+from autd_trials.array.backend import DeviceStates, Latch, TimePair
 from autd_trials.array.commands import BURST_BANK, command_to_silence
 from autd_trials.array.geometry import DevicePose
 from autd_trials.clock import Clock
@@ -28,6 +29,8 @@ from autd_trials.clock import Clock
 _REPORT_LAG_S = 0.1  # the devices' reports lag by up to 15 ms
 _REPORT_POLL_S = 0.002
 _TIME_PAIRS = 5
+_SENT_S = 0.35  # a command is answered, or fails, within 0.3 s
+_SENT_POLL_S = 0.001
 
 
 class ArrayClient:
@@ -39,20 +42,29 @@ class ArrayClient:
         The SDK's client.
     clock
         The host's clock.
+    halted
+        Once it is set, nothing is sent any more but silence.
     """
 
-    def __init__(self, client: Client, clock: Clock) -> None:
+    def __init__(self, client: Client, clock: Clock, halted: Latch) -> None:
         self._client = client
         self._clock = clock
+        self._halted = halted
+        self._sending = 0
 
     async def firmware(self) -> list[FirmwareVersion]:
         """Read each device's firmware version."""
         return await self._client.read_firmware_version()
 
     async def send(self, commands: Sequence[Command]) -> None:
-        """Send commands one after the other, each to all devices."""
-        for command in commands:
-            await self._client.send(command)
+        """Send commands one after the other, each to all devices; StoppedByPerson once it is halted."""
+        self._sending += 1
+        try:
+            for command in commands:
+                self._halted.refuse()
+                await self._client.send(command)
+        finally:
+            self._sending -= 1
 
     def time_pair(self) -> TimePair:
         """Pair the host's clock with the devices'; the tightest of five, within 0.5 us at best."""
@@ -98,6 +110,19 @@ class ArrayClient:
             await self._client.silent_stop()
         return await self._states_until(lambda states: states.silent)
 
+    async def silence_for_good(self) -> DeviceStates:
+        """Silence the devices after `halted` was set, whatever is being sent; return the states after it.
+
+        The SDK sends commands that were given to it together in any order. So what was being sent may arrive
+        after the first command to silence; once it has all been answered, a second one ends it.
+        """
+        with contextlib.suppress(Autd3Error):  # it is sent again
+            await self._client.send(command_to_silence())
+        deadline_s = self._clock.now_s() + _SENT_S
+        while self._sending and self._clock.now_s() < deadline_s:
+            await asyncio.sleep(_SENT_POLL_S)
+        return await self.silence()
+
     async def close(self) -> None:
         """Leave the devices."""
         await self._client.close()
@@ -119,7 +144,7 @@ class ArrayClient:
 
 
 async def open_client(
-    devices: Sequence[DevicePose], address: str, *, emulated: bool, clock: Clock
+    devices: Sequence[DevicePose], address: str, *, emulated: bool, clock: Clock, halted: Latch
 ) -> ArrayClient:
     """Open the SDK's client on exactly these devices.
 
@@ -133,6 +158,8 @@ async def open_client(
         Which of the two the address is.
     clock
         The host's clock.
+    halted
+        Once it is set, the client sends nothing any more but silence.
 
     Raises
     ------
@@ -144,16 +171,21 @@ async def open_client(
     geometry = Geometry([Autd3(pose.origin_mm, Rotation.from_matrix(pose.rotation)) for pose in devices])
     interface = Interface.Addr(address) if emulated else Interface.Name(address)
     client = await Client.open(geometry, _option(interface), _config())
-    return ArrayClient(client, clock)
+    return ArrayClient(client, clock, halted)
 
 
 def _option(interface: Interface) -> UdpOption:
-    """Return timeouts that hold on a busy machine; no recovery, which would go on unasked."""
+    """Return timeouts that hold on a busy computer; no recovery, which would go on unasked.
+
+    A device counts as lost when nothing came from it for 0.4 s: the SDK's own 0.1 s is over before a busy
+    computer gets round to read the answers, and after 0.5 s without a word the firmware mutes itself.
+    """
     return UdpOption(
         iface=interface,
         reply_timeout=Duration.from_millis(50),
-        response_timeout=Duration.from_millis(50),
-        enumeration_timeout=Duration.from_millis(1000),
+        lost_timeout=Duration.from_millis(400),
+        response_timeout=Duration.from_millis(300),
+        enumeration_timeout=Duration.from_millis(2000),
         sync_timeout=Duration.from_millis(5000),
     )
 

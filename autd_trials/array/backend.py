@@ -1,7 +1,8 @@
 """What the phased array needs of its devices: silent preloading, a timed start, their state, silence."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from threading import Event
 from typing import Protocol
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from autd_trials.array.driver import ArrayInfo
 from autd_trials.array.geometry import DevicePose
-from autd_trials.errors import DeviceError
+from autd_trials.errors import DeviceError, StoppedByPerson
 
 START_GRID_NS = 250_000
 """Starts lie on this grid of device time: the period of the 4 kHz modulation samples."""
@@ -71,8 +72,44 @@ class StartRefusedError(DeviceError):
     """The devices found a start time too close; it may be tried again later, after silence."""
 
 
+class Reading(Protocol):
+    """States that are read in the background."""
+
+    def done(self) -> bool:
+        """Return whether they are there, or could not be read."""
+
+    def result(self) -> DeviceStates:
+        """Wait for them, in bounded time."""
+
+
+class Latch:
+    """Once it is set, nothing is emitted any more until it is cleared; may be set from any thread."""
+
+    def __init__(self) -> None:
+        self._set = Event()
+
+    def __bool__(self) -> bool:
+        return self._set.is_set()
+
+    def set(self) -> None:
+        """Have `refuse` raise from now on."""
+        self._set.set()
+
+    def clear(self) -> None:
+        """Forget it."""
+        self._set.clear()
+
+    def refuse(self) -> None:
+        """Raise StoppedByPerson if it is set."""
+        if self:
+            raise StoppedByPerson("the array was halted")
+
+
 class Backend(Protocol):
-    """Devices that play finite bursts by their own clock; methods raise DeviceError, in bounded time."""
+    """Devices that play finite bursts by their own clock; methods raise DeviceError, in bounded time.
+
+    One thread calls them, but for `halt`.
+    """
 
     def open(self, devices: Sequence[DevicePose]) -> ArrayInfo:
         """Take exactly these devices and leave them silent."""
@@ -89,11 +126,30 @@ class Backend(Protocol):
     def states(self) -> DeviceStates:
         """Read the devices' states; lost devices are counted, not raised."""
 
-    def states_after(self, device_ns: int) -> Callable[[], DeviceStates]:
-        """Have the states read right after a device time, in the background; call the result for them."""
+    def reading(self) -> Reading:
+        """Have the states read now, in the background."""
 
-    def silence(self) -> None:
-        """Cancel a pending start and end a playing burst, now."""
+    def reading_after(self, device_ns: int) -> Reading:
+        """Have the states read right after a device time, in the background."""
+
+    def stalled_s(self) -> float:
+        """Return how long this process stood still at most, in s, in the last 2 s; 0 if it ran freely."""
+
+    def silence(self, *, confirmed: bool = True) -> None:
+        """Cancel a pending start and end a playing burst, now; also after `halt`.
+
+        Unless `confirmed`, return as soon as the command is on its way.
+        """
+
+    def halt(self) -> None:
+        """Silence the devices and have every later `load` and `start` raise StoppedByPerson, until `open`.
+
+        From any thread, also while another call waits for the devices; never raises.
+        """
+
+    @property
+    def halted(self) -> Latch:
+        """Set by `halt`, cleared by `open`."""
 
     def close(self) -> None:
         """Silence the devices and let them go; never raises, also when they are lost or were never opened."""

@@ -6,6 +6,7 @@ from typing import Protocol
 
 from pydantic import Field
 
+from autd_trials.model import Model
 from autd_trials.stimulus import StimulusFields
 
 
@@ -18,15 +19,14 @@ class Stimulus(StimulusFields):
     target_mm: tuple[float, float, float] = Field(description="The focus in mm in the calibrated frame.")
 
 
-@dataclass(frozen=True)
-class ArrayInfo:
+class ArrayInfo(Model):
     """What the log keeps of an array; `emulated` is what the firmware says, not what the rig file hopes."""
 
     driver: str
     link: str
     emulated: bool
-    devices: int
-    transducers: int
+    devices: int = Field(ge=0)
+    transducers: int = Field(ge=0)
     firmware: tuple[str, ...]
 
 
@@ -42,8 +42,8 @@ class Health:
 
     @property
     def ok(self) -> bool:
-        """All devices ready and no failsafe latched."""
-        return self.devices_ready == self.devices and not self.failsafe
+        """All devices ready, none too hot, and no failsafe latched."""
+        return self.devices_ready == self.devices and not (self.failsafe or self.thermal)
 
 
 @dataclass(frozen=True)
@@ -93,6 +93,9 @@ class ArrayDriver(Protocol):
     def check(self, stimuli: Sequence[Stimulus]) -> None:
         """Refuse (UnsafeError, UsageError) what could not be emitted one after the other under the limits."""
 
+    def earliest_s(self, stimulus: Stimulus, onset_s: float) -> float:
+        """Return the earliest host time from `onset_s` on at which the limits let a stimulus begin."""
+
     def arm(self, stimulus: Stimulus) -> Exposure:
         """Preload a stimulus in silence; return what it would do. Refuses as `check` does."""
 
@@ -103,6 +106,12 @@ class ArrayDriver(Protocol):
     def start(self, onset_s: float) -> Onset:
         """Start the armed stimulus at host time `onset_s`, or as soon after it as the lead allows."""
 
+    def watch(self) -> None:
+        """Look at the devices while a started stimulus runs; cheap enough to be called all the time.
+
+        Silences the array and raises DeviceError if a device is lost, too hot or muted by its failsafe.
+        """
+
     def finish(self) -> Completion:
         """Wait until the started stimulus has ended by itself; raises DeviceError if it did not."""
 
@@ -110,6 +119,14 @@ class ArrayDriver(Protocol):
         """Silence the array now, whatever it does; safe at any time, also twice.
 
         Raises DeviceError if the devices do not confirm it (lost, say); their bursts end by themselves.
+        """
+
+    def halt(self) -> None:
+        """Silence the array now and refuse every further `arm` and `start` until `open` is called again.
+
+        May be called from any thread at any moment, also while another call of the driver blocks or sends;
+        whatever that call does, nothing is emitted any more once `halt` has returned. Calls that it
+        overtakes, and later ones that would emit, raise StoppedByPerson. Never raises.
         """
 
     def health(self) -> Health:

@@ -7,7 +7,15 @@ import numpy as np
 from autd_trials.array.driver import Stimulus
 from autd_trials.array.geometry import UnitPose
 from autd_trials.errors import UnsafeError, UsageError
-from autd_trials.stimulus import DUTY_WINDOW_S, Excess, Limits, duty_until, exposure_s, total_exposure_s
+from autd_trials.stimulus import (
+    DUTY_WINDOW_S,
+    Excess,
+    Limits,
+    duty_until,
+    earliest_onset_s,
+    exposure_s,
+    total_exposure_s,
+)
 
 NEAREST_MM, FARTHEST_MM = 200.0, 2500.0
 STEEPEST_DEG = 60.0
@@ -20,14 +28,25 @@ class ExposureMeter:
     ----------
     limits
         The limits.
-    used_s
-        Exposure that the session has already used, in s at full drive (for a resumed session).
+    used_s, daily_used_s
+        Exposure that the session, and its participant in the 24 h before, have already used, in s at full
+        drive (for a resumed session, and for a second one on a day).
+    earlier_bursts
+        When earlier bursts began and ended, on the host's clock; the newest last.
     """
 
-    def __init__(self, limits: Limits, used_s: float = 0.0) -> None:
+    def __init__(
+        self,
+        limits: Limits,
+        used_s: float = 0.0,
+        *,
+        daily_used_s: float = 0.0,
+        earlier_bursts: Sequence[tuple[float, float]] = (),
+    ) -> None:
         self._limits = limits
         self._used_s = used_s
-        self._bursts: list[tuple[float, float]] = []
+        self._daily_used_s = daily_used_s
+        self._bursts = list(earlier_bursts)
 
     @property
     def used_s(self) -> float:
@@ -38,8 +57,15 @@ class ExposureMeter:
         """Raise UnsafeError unless all of these bursts may still be emitted, one after the other."""
         for stimulus in stimuli:
             self._refuse_burst(stimulus)
-        total_s = self._used_s + total_exposure_s(stimuli)
-        _refuse(self._limits.excess("session_exposure_s", total_s))
+        planned_s = total_exposure_s(stimuli)
+        _refuse(self._limits.excess("session_exposure_s", self._used_s + planned_s))
+        _refuse(self._limits.excess("daily_exposure_s", self._daily_used_s + planned_s))
+
+    def earliest_s(self, stimulus: Stimulus, onset_s: float) -> float:
+        """Return the earliest time from `onset_s` on at which the share of on-time allows the burst."""
+        if stimulus.drive == 0:
+            return onset_s
+        return earliest_onset_s(self._bursts, stimulus.duration_s, self._limits.largest_duty, onset_s)
 
     def refuse_too_soon(self, stimulus: Stimulus, onset_s: float) -> None:
         """Raise UnsafeError if the burst, begun at `onset_s`, would make the share of on-time too large."""
@@ -50,6 +76,7 @@ class ExposureMeter:
     def charge(self, stimulus: Stimulus, onset_s: float) -> None:
         """Put a burst on the account; in full, even if it is aborted later."""
         self._used_s += exposure_s(stimulus)
+        self._daily_used_s += exposure_s(stimulus)
         if stimulus.drive > 0:
             self._bursts = [burst for burst in self._bursts if burst[1] > onset_s - DUTY_WINDOW_S]
             self._bursts.append((onset_s, onset_s + stimulus.duration_s))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 from autd_trials.array import envelope
-from autd_trials.array.backend import START_GRID_NS, Backend, Burst, DeviceStates, StartRefusedError
+from autd_trials.array.backend import START_GRID_NS, Backend, Burst, DeviceStates, Reading, StartRefusedError
 from autd_trials.array.driver import ArrayInfo, Completion, Exposure, Health, Onset, Stimulus
 from autd_trials.array.ears import EarWatch
 from autd_trials.array.focus import focus_phases
@@ -25,7 +25,9 @@ _FIRMWARE_MARGIN_S = 0.01  # the firmware refuses a start that is closer
 _IN_HAND_S = 0.01
 _SEND_TIMES_KEPT = 20
 _START_ATTEMPTS = 3
-_WATCH_S = 0.1  # how often the devices are looked at while a burst runs
+_LOOK_EVERY_S = 0.05  # while a burst runs
+_PATIENCE_S = 0.2  # answers took up to 0.12 s on a busy computer; a loss is to be noticed within 0.3 s
+_STALL_TOLD_S = 0.1
 _REPORT_DEADLINE_S = 0.1  # the devices' reports lag by up to 15 ms
 _REPORT_POLL_S = 0.005
 
@@ -34,7 +36,7 @@ _REPORT_POLL_S = 0.005
 class _Running:
     ends_s: float
     silent_s: float
-    after_onset: Callable[[], DeviceStates]
+    after_onset: Reading
 
 
 class PhasedArray:
@@ -54,6 +56,10 @@ class PhasedArray:
         Speed of sound in m/s.
     exposure_used_s
         Exposure that the session has used before, in s at full drive.
+    daily_used_s
+        What the participant was exposed to in the 24 h before, this session included.
+    earlier_bursts
+        When earlier bursts began and ended, on the host's clock; the newest last.
     ears
         Watches over the level at the ears; None if it is not known where they are.
     """
@@ -67,18 +73,23 @@ class PhasedArray:
         *,
         speed_of_sound_m_s: float,
         exposure_used_s: float = 0.0,
+        daily_used_s: float = 0.0,
+        earlier_bursts: Sequence[tuple[float, float]] = (),
         ears: EarWatch | None = None,
     ) -> None:
         self._units = list(units)
         self._transducers_mm = transducer_positions_mm(self._units)
         self._backend = backend
-        self._meter = ExposureMeter(limits, exposure_used_s)
+        self._meter = ExposureMeter(
+            limits, exposure_used_s, daily_used_s=daily_used_s, earlier_bursts=earlier_bursts
+        )
         self._ears = ears
         self._clock = clock
         self._speed_of_sound_m_s = speed_of_sound_m_s
         self._send_times_s: deque[float] = deque(maxlen=_SEND_TIMES_KEPT)
         self._armed: tuple[Stimulus, Burst] | None = None
         self._running: _Running | None = None
+        self._look: tuple[float, Reading] | None = None
 
     @property
     def exposure_used_s(self) -> float:
@@ -97,7 +108,7 @@ class PhasedArray:
         """Take the devices, check that they are all there and well, leave them silent."""
         info = self._backend.open(device_poses(self._units))
         try:
-            _refuse_unwell(self._backend.states())
+            self._refuse_unwell(self._backend.states())
         except DeviceError:
             self.close()
             raise
@@ -113,20 +124,26 @@ class PhasedArray:
             self._burst(stimulus)
         self._meter.refuse_unsafe(stimuli)
 
+    def earliest_s(self, stimulus: Stimulus, onset_s: float) -> float:
+        """Return the earliest host time from `onset_s` on at which the share of on-time allows a stimulus."""
+        return self._meter.earliest_s(stimulus, onset_s)
+
     def arm(self, stimulus: Stimulus) -> Exposure:
         """Preload a stimulus in silence; return its exposure and the level at the ears."""
+        self._backend.halted.refuse()
         if self._running:
             raise RuntimeError("arm: the last stimulus was neither finished nor aborted")
         self._armed = None
         self._meter.refuse_unsafe([stimulus])
         burst = self._burst(stimulus)
-        _refuse_unwell(self._backend.states())
+        self._refuse_unwell(self._backend.states())
         self._backend.load(burst)
         self._armed = (stimulus, burst)
         return Exposure(exposure_s(stimulus), self._ears.level_db(stimulus) if self._ears else None)
 
     def start(self, onset_s: float) -> Onset:
         """Start the armed stimulus at host time `onset_s`, or as soon after it as the lead allows."""
+        self._backend.halted.refuse()
         if self._armed is None:
             raise RuntimeError("start: no stimulus is armed")
         (stimulus, burst), self._armed = self._armed, None
@@ -141,15 +158,45 @@ class PhasedArray:
         except DeviceError as error:
             self._fail(error)
 
+    def watch(self) -> None:
+        """Look at the devices while a started stimulus runs; never waits for them.
+
+        They are asked every 0.05 s, however often this is called. No answer for 0.2 s counts as a loss; the
+        time during which this computer itself stood still does not count.
+        """
+        self._backend.halted.refuse()
+        if self._running is None:
+            return
+        now_s = self._clock.now_s()
+        if self._look is None or (self._look[1].done() and now_s >= self._look[0] + _LOOK_EVERY_S):
+            self._look = (now_s, self._backend.reading())
+        asked_s, reading = self._look
+        try:
+            if reading.done():
+                self._refuse_unwell(reading.result())
+            elif now_s - asked_s > _PATIENCE_S + self._backend.stalled_s():
+                raise DeviceError(
+                    f"the devices have not answered for {now_s - asked_s:.2f} s{self._stall()}",
+                    do="check their power and cables, then go on with --resume",
+                )
+        except DeviceError:
+            self._armed = self._running = self._look = None
+            self._backend.silence(confirmed=False)
+            raise
+
     def finish(self) -> Completion:
         """Wait until the started stimulus has ended by itself; silence the array and raise if it does not."""
         if self._running is None:
             raise RuntimeError("finish: no stimulus was started")
-        running, self._running = self._running, None
+        running = self._running
         try:
-            self._watch_until(running.ends_s)
-            emitting = running.after_onset()
-            _refuse_unwell(emitting)
+            while (now_s := self._clock.now_s()) < running.ends_s:
+                self.watch()
+                self._clock.sleep_until(min(now_s + min(self._clock.poll_s, _LOOK_EVERY_S), running.ends_s))
+            self._running = self._look = None
+            emitting = running.after_onset.result()
+            self._backend.halted.refuse()
+            self._refuse_unwell(emitting)
             if emitting.on_burst < emitting.devices:
                 raise DeviceError("the burst did not begin on all devices", do="check the devices; run again")
             ended = self._states_when(
@@ -169,8 +216,12 @@ class PhasedArray:
         DeviceError
             If the devices did not confirm that they are silent.
         """
-        self._armed = self._running = None
+        self._armed = self._running = self._look = None
         self._backend.silence()
+
+    def halt(self) -> None:
+        """Silence the array now, from any thread, and refuse every `arm` and `start` until it is opened."""
+        self._backend.halt()
 
     def health(self) -> Health:
         """Read the devices' state now."""
@@ -178,7 +229,7 @@ class PhasedArray:
 
     def close(self) -> None:
         """Silence and release the array; never raises."""
-        self._armed = self._running = None
+        self._armed = self._running = self._look = None
         self._backend.close()
 
     @property
@@ -198,7 +249,7 @@ class PhasedArray:
     def _start_once(self, stimulus: Stimulus, burst: Burst, requested_s: float) -> Onset | None:
         """Start as soon as the lead allows; None, silent and loaded again, if it was refused as too close."""
         before = self._backend.states()
-        _refuse_unwell(before)
+        self._refuse_unwell(before)
         if not before.silent:
             raise DeviceError("the array is not silent before a start", do="check the devices; run again")
         sent_s = self._clock.now_s()
@@ -219,7 +270,7 @@ class PhasedArray:
         finally:
             accepted_s = self._clock.now_s()
             self._send_times_s.append(accepted_s - sent_s)
-        after_onset = self._backend.states_after(device_ns)
+        after_onset = self._backend.reading_after(device_ns)
         silent_s = self._last_silent_s(before, onset_s)
         self._running = _Running(onset_s + stimulus.duration_s, silent_s, after_onset)
         return Onset(onset_s, device_ns, requested_s, onset_s - accepted_s)
@@ -246,22 +297,42 @@ class PhasedArray:
             )
         return before.requested_s if accepted.on_burst else accepted.requested_s
 
-    def _watch_until(self, time_s: float) -> None:
-        while (now_s := self._clock.now_s()) < time_s:
-            _refuse_unwell(self._backend.states())
-            self._clock.sleep_until(min(now_s + _WATCH_S, time_s))
-
     def _states_when(
         self, wanted: Callable[[DeviceStates], bool], *, deadline_s: float, otherwise: str
     ) -> DeviceStates:
         while True:
             states = self._backend.states()
-            _refuse_unwell(states)
+            self._backend.halted.refuse()  # first: what halts the array may mute its devices
+            self._refuse_unwell(states)
             if wanted(states):
                 return states
             if states.requested_s >= deadline_s:
                 raise DeviceError(otherwise, do="switch the devices off and on and start again")
             self._clock.sleep_until(self._clock.now_s() + _REPORT_POLL_S)
+
+    def _refuse_unwell(self, states: DeviceStates) -> None:
+        if states.ready < states.devices:
+            raise DeviceError(
+                f"only {states.ready} of {states.devices} devices answer{self._stall()}",
+                do="check their power and cables, then go on with --resume",
+            )
+        if states.failsafe:
+            raise DeviceError(
+                f"the devices' failsafe has muted them: they lost touch with this computer{self._stall()}",
+                do="check the cables and that the computer did not sleep, then go on with --resume",
+            )
+        if states.thermal:
+            raise DeviceError(
+                "a device is too hot",
+                do="let the devices cool and check their fans, then go on with --resume",
+            )
+
+    def _stall(self) -> str:
+        """Return a clause that blames this computer where it stood still, else nothing."""
+        stalled_s = self._backend.stalled_s()
+        if stalled_s < _STALL_TOLD_S:
+            return ""
+        return f" (this computer stood still for {stalled_s:.2f} s: it is too busy, close other programs)"
 
     def _fail(self, error: DeviceError) -> NoReturn:
         try:
@@ -293,16 +364,3 @@ def _on_grid(device_ns: int) -> int:
 
 def _health(states: DeviceStates) -> Health:
     return Health(states.received_s, states.devices, states.ready, states.failsafe, states.thermal)
-
-
-def _refuse_unwell(states: DeviceStates) -> None:
-    if states.ready < states.devices:
-        raise DeviceError(
-            f"only {states.ready} of {states.devices} devices answer",
-            do="check their power and cables, then go on with --resume",
-        )
-    if states.failsafe:
-        raise DeviceError(
-            "the devices' failsafe has muted them: they lost touch with this computer",
-            do="check the cables and that the computer did not sleep, then go on with --resume",
-        )

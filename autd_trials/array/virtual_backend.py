@@ -4,11 +4,12 @@ import contextlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_trials.array.backend import START_GRID_NS, Burst, DeviceStates, StartRefusedError, TimePair
+from autd_trials.array.backend import START_GRID_NS, Burst, DeviceStates, Latch, StartRefusedError, TimePair
 from autd_trials.array.driver import ArrayInfo
 from autd_trials.array.geometry import TRANSDUCERS_PER_DEVICE, DevicePose
 from autd_trials.clock import Clock
@@ -40,7 +41,12 @@ class Faults:
     lost_devices: int = 0
     lost_from_s: float = -math.inf
     failsafe_from_s: float = math.inf
+    unanswered_from_s: float = math.inf
+    stalled_s: float = 0.0
     refused_starts: int = 0
+    thermal_from_s: float = math.inf
+    before_start: Callable[[], None] = lambda: None
+    """Called between the look at the devices and the start command; may block, as a busy computer does."""
 
 
 class VirtualBackend:
@@ -66,9 +72,12 @@ class VirtualBackend:
         self._devices = 0
         self._loaded: Burst | None = None
         self._current: Emission | None = None
+        self._halted = Latch()
+        self._device = Lock()  # devices take one command at a time
 
     def open(self, devices: Sequence[DevicePose]) -> ArrayInfo:
         """Make so many devices."""
+        self._halted.clear()
         self._devices = len(devices)
         return ArrayInfo(
             driver="virtual",
@@ -81,6 +90,7 @@ class VirtualBackend:
 
     def load(self, burst: Burst) -> None:
         """Silence the devices and preload a burst."""
+        self._halted.refuse()
         self.silence()
         self._loaded = burst
 
@@ -92,8 +102,11 @@ class VirtualBackend:
         self.faults.refused_starts -= refused
         if refused or device_ns - self._now_ns() < _FIRMWARE_MARGIN_NS:
             raise StartRefusedError("the start is too close")
-        self._current = Emission(device_ns, self._loaded)
-        self.emissions.append(self._current)
+        self.faults.before_start()
+        with self._device:
+            self._halted.refuse()
+            self._current = Emission(device_ns, self._loaded)
+            self.emissions.append(self._current)
 
     def time_pair(self) -> TimePair:
         """Pair the host's clock with the devices'."""
@@ -103,20 +116,43 @@ class VirtualBackend:
         """Return the devices' states."""
         return self._states_at(self._now_ns())
 
-    def states_after(self, device_ns: int) -> Callable[[], DeviceStates]:
-        """Return what gives the states right after a device time."""
-        return lambda: self._states_at(device_ns)
+    def reading(self) -> "_Reading":
+        """Return the states, or none as long as the devices do not answer."""
+        asked_ns = self._now_ns()
+        return _Reading(lambda: self._states_at(asked_ns), lambda: not self._silent_at(self._now_ns()))
 
-    def silence(self) -> None:
+    def reading_after(self, device_ns: int) -> "_Reading":
+        """Return the states right after a device time."""
+        return _Reading(lambda: self._states_at(device_ns), lambda: True)
+
+    def stalled_s(self) -> float:
+        """Return how long this process is said to have stood still."""
+        return self.faults.stalled_s
+
+    def silence(self, *, confirmed: bool = True) -> None:
         """Cancel a pending start and end a playing burst; lost devices cannot confirm it."""
         now_ns = self._now_ns()
-        if self._lost_at(now_ns):
+        if self._lost_at(now_ns) or self._silent_at(now_ns):
+            if not confirmed:
+                return
             raise DeviceError("the devices did not confirm that they are silent", do="switch them off")
-        if self._current and now_ns < self._current.ends_ns:
-            self.emissions.pop()
-            if self._current.onset_ns < now_ns:
-                self.emissions.append(replace(self._current, aborted_ns=now_ns))
-        self._loaded = self._current = None
+        with self._device:
+            if self._current and now_ns < self._current.ends_ns:
+                self.emissions.pop()
+                if self._current.onset_ns < now_ns:
+                    self.emissions.append(replace(self._current, aborted_ns=now_ns))
+            self._loaded = self._current = None
+
+    def halt(self) -> None:
+        """Silence the devices and have every later `load` and `start` raise StoppedByPerson, until `open`."""
+        self._halted.set()
+        with contextlib.suppress(DeviceError):
+            self.silence()
+
+    @property
+    def halted(self) -> Latch:
+        """Set by `halt`, cleared by `open`."""
+        return self._halted
 
     def close(self) -> None:
         """Silence the devices; lost ones end their burst by themselves."""
@@ -143,11 +179,14 @@ class VirtualBackend:
             devices=self._devices,
             ready=self._devices - lost,
             failsafe=device_ns >= self._device_ns(self.faults.failsafe_from_s),
-            thermal=False,
+            thermal=device_ns >= self._device_ns(self.faults.thermal_from_s),
             pending=answering if self._current and not started else 0,
             on_burst=answering if started else 0,
             ended=answering if ended else 0,
         )
+
+    def _silent_at(self, device_ns: int) -> bool:
+        return device_ns >= self._device_ns(self.faults.unanswered_from_s)
 
     def _lost_at(self, device_ns: int) -> int:
         return self.faults.lost_devices if device_ns >= self._device_ns(self.faults.lost_from_s) else 0
@@ -158,6 +197,12 @@ class VirtualBackend:
     @staticmethod
     def _device_ns(host_s: float) -> float:
         return host_s * 1e9 + _EPOCH_NS
+
+
+@dataclass(frozen=True)
+class _Reading:
+    result: Callable[[], DeviceStates]
+    done: Callable[[], bool]
 
 
 def _amplitude(emission: Emission, device_ns: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -12,23 +12,31 @@ from autd_trials.errors import UsageError
 from autd_trials.protocol.plan import Plan
 from autd_trials.protocol.schema import Protocol
 from autd_trials.rig.build import NO_AUDIO, Builder
+from autd_trials.rig.schema import KeyboardSpec, SerialSpec
 from autd_trials.session.devices import Devices
 from autd_trials.session.interrupts import Interrupts
 from autd_trials.session.operator import Operator, Unattended
+from autd_trials.session.preflight import Used
 from autd_trials.session.recorder import Display
+from autd_trials.stimulus import Limits
 
 _SWITCH_INTERVAL_S = 0.0005
 
 
 @dataclass(frozen=True)
 class Bench:
-    """A session's clock, devices (not yet open), operator and listeners; `remarks` go into the log."""
+    """A session's clock, devices (not yet open), operator and listeners.
+
+    `limits` are those of both rig and protocol, `used` is what was emitted before; `remarks` go into the log.
+    """
 
     clock: Clock
     devices: Devices
     operator: Operator
     interrupts: Interrupts
     listeners: Sequence[Display]
+    limits: Limits
+    used: Used
     simulated: bool
     virtual: bool
     remarks: tuple[str, ...]
@@ -58,7 +66,7 @@ def bench(
     plan: Plan,
     *,
     start_utc: datetime,
-    exposure_used_s: float,
+    used: Used,
 ) -> Iterator[Bench]:
     """Set a bench up for the sessions of a plan, and clear it away.
 
@@ -70,8 +78,8 @@ def bench(
         What is to be done; a resumed session's come from its log.
     start_utc
         Wall-clock time at which virtual time begins.
-    exposure_used_s
-        Exposure that the session has used before, in s at full drive.
+    used
+        What was emitted before.
     """
     virtual = choices.virtual
     clock: Clock = VirtualClock(start_utc) if virtual else RealClock()
@@ -86,18 +94,22 @@ def bench(
     with ExitStack() as stack:
         if not virtual:
             stack.enter_context(_quick_threads())
-        stack.enter_context(interrupts.on_signals())
+        stack.enter_context(interrupts.on_signals(in_a_thread=not virtual))
         operator, listeners, devices = (
-            _simulated(stack, builder, plan, choices, exposure_used_s)
+            _simulated(stack, builder, plan, choices, used)
             if choices.simulated
-            else _live(stack, builder, plan, choices, interrupts, exposure_used_s)
+            else _live(stack, builder, plan, choices, interrupts, used)
         )
+        if not virtual:
+            interrupts.on_abort = devices.array.halt
         yield Bench(
             clock,
             devices,
             operator,
             interrupts,
             listeners,
+            builder.limits,
+            used,
             simulated=choices.simulated,
             virtual=virtual,
             remarks=_remarks(protocol, choices),
@@ -123,7 +135,7 @@ def _simulated(
     builder: Builder,
     plan: Plan,
     choices: Choices,
-    exposure_used_s: float,
+    used: Used,
 ) -> _Parts:
     from autd_trials.participants.simulated import SimulatedParticipant
 
@@ -135,7 +147,7 @@ def _simulated(
         predicted_force_mn=builder.predicted_force_mn(),
     )
     participant.check(plan)
-    devices = builder.simulated(participant, exposure_used_s=exposure_used_s, seed=plan.seed)
+    devices = builder.simulated(participant, used=used, seed=plan.seed)
     return Unattended(), [_watcher(stack, builder.clock, choices)], devices
 
 
@@ -147,9 +159,11 @@ def _watcher(stack: ExitStack, clock: Clock, choices: Choices) -> Display:
         return Lines(sys.stderr, blocks=choices.real_time)
     from rich.console import Console
 
+    from autd_trials.console.controls import controls_line
     from autd_trials.console.screen import Screen
 
-    screen = Screen(Console(stderr=True), clock, unblind=choices.unblind)
+    footer = controls_line(answers=None, keys=False, attended=False)
+    screen = Screen(Console(stderr=True), clock, unblind=choices.unblind, footer=footer)
     stack.enter_context(screen.shown())
     return screen
 
@@ -160,7 +174,7 @@ def _live(
     plan: Plan,
     choices: Choices,
     interrupts: Interrupts,
-    exposure_used_s: float,
+    used: Used,
 ) -> _Parts:
     if choices.unattended and not builder.rig.emulated:
         raise UsageError(
@@ -168,21 +182,33 @@ def _live(
         )
     from rich.console import Console
 
+    from autd_trials.console.controls import Controls, controls_line
     from autd_trials.console.operator import TerminalOperator
     from autd_trials.console.screen import Screen
     from autd_trials.terminal import Terminal
 
     terminal = Terminal(builder.clock)
     stack.enter_context(terminal)
+    controls = stack.enter_context(Controls(terminal, interrupts, builder.clock))
     console = Console(stderr=True)
-    screen = Screen(console, builder.clock, unblind=choices.unblind)
+    footer = controls_line(
+        answers=_answers(builder.rig.responses), keys=True, attended=not choices.unattended
+    )
+    screen = Screen(console, builder.clock, unblind=choices.unblind, footer=footer)
     stack.enter_context(screen.shown())
     operator: Operator = (
         Unattended()
         if choices.unattended
-        else TerminalOperator(terminal, screen, console, interrupts, builder.clock)
+        else TerminalOperator(terminal, screen, console, interrupts, controls, builder.clock)
     )
-    return operator, [screen], builder.live(terminal, exposure_used_s=exposure_used_s, seed=plan.seed)
+    return operator, [screen], builder.live(terminal, used=used, seed=plan.seed)
+
+
+def _answers(responses: KeyboardSpec | SerialSpec) -> str:
+    """Return how an answer is given, in the words of the screen's footer."""
+    if isinstance(responses, SerialSpec):
+        return f"answers: box on {responses.port}"
+    return f"{' or '.join(responses.keys)}: hand raised"
 
 
 def _remarks(protocol: Protocol, choices: Choices) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from autd_trials.commands.output import print_json, print_text, say
 if TYPE_CHECKING:
     from autd_trials.commands.study import Study
     from autd_trials.protocol.plan import Plan
+    from autd_trials.session.preflight import Preflight
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,88 +20,81 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(options: argparse.Namespace) -> int:
-    """Validate, plan a first session, and let the array layer judge every stimulus; nothing is started."""
+    """Validate, plan a first session, and judge it as the runner will; nothing is started."""
     from autd_trials.commands.study import load_study
     from autd_trials.protocol.plan import make_plan
 
     study = load_study(options.protocol, options.rig, Path("data"))
     plan = make_plan(study.protocol, place=1, session=1, seed=1)
-    ear_level_db = _refuse_unsafe(study, plan)
-    facts = _facts(study, plan, ear_level_db)
+    judged, ear_level_db = _judge(study, plan)
+    facts = _facts(study, plan, judged, ear_level_db)
     if options.json:
         print_json(facts)
     else:
         print_text("\n".join(f"{name:<24}{value}" for name, value in facts.items()))
-    _warn(facts)
+    for remark in (*judged.remarks, *_ear_remarks(ear_level_db)):
+        say(f"warning: {remark}")
     return 0
 
 
-def _refuse_unsafe(study: "Study", plan: "Plan") -> float | None:
-    """Ask the array layer itself, on an in-process array in virtual time; return the level at the ears."""
+def _judge(study: "Study", plan: "Plan") -> "tuple[Preflight, float | None]":
+    """Ask the preflight, on an in-process array in virtual time; return the level at the ears too."""
     from datetime import UTC, datetime
 
     from autd_trials.clock import VirtualClock
-    from autd_trials.rig.build import Builder
+    from autd_trials.rig.build import NO_AUDIO, Builder
     from autd_trials.session.devices import array_stimulus
-    from autd_trials.session.tracks import possible_stimuli
+    from autd_trials.session.preflight import Used, preflight
 
     clock = VirtualClock(datetime.now(UTC))
-    array = Builder(study.loaded_rig, study.protocol, clock, virtual=True).array()
-    stimuli = [array_stimulus(study.protocol, trial) for trial in plan.trials]
-    array.check(stimuli)
-    for stimulus in possible_stimuli(study.protocol, plan.trials):
-        array.check([stimulus])
+    audio = NO_AUDIO if study.loaded_rig.rig.sound is None else None  # a run asks for --audio then
+    builder = Builder(study.loaded_rig, study.protocol, clock, virtual=True, audio=audio)
+    array = builder.array()
+    judged = preflight(study.protocol, plan, array, builder.limits, Used(), plan.trials)
+    builder.masker(plan.seed, simulated=True)
     array.open()
-    levels = [array.arm(stimulus).ear_level_db for stimulus in dict.fromkeys(stimuli)]
-    return max((level for level in levels if level is not None), default=None)
+    stimuli = dict.fromkeys(array_stimulus(study.protocol, trial) for trial in plan.trials)
+    levels = [array.arm(stimulus).ear_level_db for stimulus in stimuli]
+    return judged, max((level for level in levels if level is not None), default=None)
 
 
-def _warn(facts: dict[str, Any]) -> None:
+def _ear_remarks(ear_level_db: float | None) -> tuple[str, ...]:
     from autd_trials.array.ears import WARNING_LEVEL_DB
 
-    left_s = facts["exposure limit_s"] - facts["exposure_s"]
-    if left_s < facts["exposure of a trial_s"]:
-        say(
-            f"warning: the exposure limit of the {facts['exposure limit of']} leaves {left_s:g} s, "
-            "not enough to run a trial again that was interrupted: such a session could not be finished"
-        )
-    ear_level_db = facts["ear level_db"]
     if ear_level_db is None:
-        say("warning: the level at the ears is not predicted: the protocol does not say where the head is")
-    elif ear_level_db > WARNING_LEVEL_DB:
-        say(
-            f"warning: {ear_level_db:.0f} dB SPL are predicted at the ears (free field, linear theory); over "
-            f"{WARNING_LEVEL_DB:.0f} dB nobody should be exposed without hearing protection"
+        return ("the level at the ears is not predicted: the protocol does not say where the head is",)
+    if ear_level_db > WARNING_LEVEL_DB:
+        return (
+            f"{ear_level_db:.0f} dB SPL are predicted at the ears (free field, linear theory); over "
+            f"{WARNING_LEVEL_DB:.0f} dB nobody should be exposed without hearing protection",
         )
+    return ()
 
 
-def _facts(study: "Study", plan: "Plan", ear_level_db: float | None) -> dict[str, Any]:
-    from autd_trials.console.status import time_left_s
-    from autd_trials.stimulus import exposure_s, total_exposure_s
-
+def _facts(study: "Study", plan: "Plan", judged: "Preflight", ear_level_db: float | None) -> dict[str, Any]:
     rig, protocol = study.loaded_rig, study.protocol
-    limits_s = {
-        "rig": rig.rig.array.limits.session_exposure_s,
-        "protocol": protocol.safety.session_exposure_s,
-    }
-    planned_s = total_exposure_s(trial.stimulus for trial in plan.trials)
+    own_s, rigs_s = protocol.safety.session_exposure_s, rig.rig.array.limits.session_exposure_s
     return {
         "protocol": protocol.name,
         "rig": rig.rig.name,
         "emulated": rig.rig.emulated,
         "calibration": f"{rig.calibration.method}, {rig.calibration.time:%Y-%m-%d}",
-        "blocks": len(plan.blocks),
-        "trials": len(plan.trials),
+        "blocks": judged.blocks,
+        "trials": judged.trials,
         "catch trials": sum(trial.trial_type == "catch" for trial in plan.trials),
-        "minutes at least": round(time_left_s(plan, protocol.timing, completed=0) / 60, 1),
-        "exposure_s": round(planned_s, 6),
-        "exposure of a trial_s": max(exposure_s(trial.stimulus) for trial in plan.trials),
-        "exposure limit_s": min(limits_s.values()),
-        "exposure limit of": min(limits_s, key=lambda name: limits_s[name]),
+        "minutes at least": round(judged.shortest_s / 60, 1),
+        "exposure_s": round(judged.exposure_s, 6),
+        "exposure of a trial_s": judged.largest_exposure_s,
+        "exposure limit_s": judged.limits.session_exposure_s,
+        "exposure limit of": "rig" if rigs_s <= own_s else "protocol",
+        "daily limit_s": judged.limits.daily_exposure_s,
+        "largest duty": round(judged.duty, 4),
+        "duty limit": judged.limits.largest_duty,
         "ear level_db": None if ear_level_db is None else round(ear_level_db, 1),
         "ear level limit_db": rig.rig.array.limits.largest_ear_level_db,
         "hearing protection_db": rig.rig.hearing_protection_db,
         "masking": "none" if protocol.masking is None else protocol.masking.noise,
         "sound": "none" if rig.rig.sound is None else rig.rig.sound.player,
         "responses": rig.rig.responses.device,
+        "trials of an adaptive run": judged.adaptive_trials,
     }

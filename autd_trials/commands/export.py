@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from autd_trials.commands.integrity import problem_json, say_of_records
 from autd_trials.commands.output import print_json, say
 
 
@@ -16,8 +17,16 @@ def execute(options: argparse.Namespace) -> int:
     """Make the data set."""
     from autd_trials.records.bids import export_study
 
-    files = export_study(options.study)
-    say(f"wrote {len(files)} files of the BIDS data set in {options.study}")
+    done = export_study(options.study)
+    say(f"wrote {len(done.files)} files of the BIDS data set in {options.study}")
+    say_of_records(options.study, done.problems, done.told)
     if options.json:
-        print_json({"study": str(options.study), "files": [str(file) for file in files]})
+        print_json(
+            {
+                "study": str(options.study),
+                "files": [str(file) for file in done.files],
+                "problems": [problem_json(options.study, problem) for problem in done.problems],
+                "told": done.told,
+            }
+        )
     return 0

@@ -48,6 +48,8 @@ def execute(options: argparse.Namespace) -> int:
     study = load_study(options.protocol, options.rig, options.data)
     if study.loaded_rig.rig.emulated:
         say("*** EMULATED: the array is emulated, no ultrasound is emitted ***")
+    if not options.resume:
+        _name_unfinished(study)
     results: list[Started] = []
     try:
         results.extend(_sessions(study, options))
@@ -81,6 +83,19 @@ def _sessions(study: "Study", options: argparse.Namespace) -> Iterator["Started"
         yield begin(study, choices, participant, options.session, seed)
 
 
+def _name_unfinished(study: "Study") -> None:
+    """Name the sessions that could be gone on with, lest one is forgotten."""
+    from autd_trials.records.history import unfinished_sessions
+
+    for found in unfinished_sessions(study.folder):
+        standing, paths = found.standing, found.paths
+        say(
+            f"note: session {paths.session} of participant {paths.participant} is not finished "
+            f"({standing.status}, {len(standing.complete)} of {len(standing.start.plan.trials)} trials); "
+            f"to go on with it: --resume --participant {paths.participant} --session {paths.session}"
+        )
+
+
 def _simulated_sessions(
     study: "Study", choices: "Choices", options: argparse.Namespace, seed: int
 ) -> Iterator["Started"]:
@@ -94,7 +109,7 @@ def _simulated_sessions(
         found = newest.get(participant)
         if found is None:
             yield begin(study, choices, participant, options.session, seed)
-        elif found.progress.status != "success":
+        elif found.standing.status != "success":
             yield resume(study, choices, found)
 
 
@@ -106,14 +121,16 @@ def _simulated_participants(options: argparse.Namespace) -> list[str]:
 
 def _export(study: Path) -> None:
     """Make the data set; a failure is told but does not hide how the session ended."""
+    from autd_trials.commands.integrity import say_of_records
     from autd_trials.records.bids import export_study
     from autd_trials.records.layout import log_paths
 
     if not log_paths(study):
         return
     try:
-        export_study(study)
+        done = export_study(study)
         say(f"data set: {study}")
+        say_of_records(study, done.problems, done.told)
     except TrialsError as error:
         say(f"error: the data set was not made: {error}\n  -> mend that, then: autd-trials export {study}")
 

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from autd_trials.protocol.load import find_protocol, load_protocol_with_sha256
+from autd_trials.protocol.load import find_protocol, load_protocol
 from autd_trials.protocol.schema import Protocol
 from autd_trials.records.layout import study_folder
+from autd_trials.records.protocol_hash import protocol_sha256
 from autd_trials.rig.load import LoadedRig, load_rig
 
 
@@ -22,5 +23,6 @@ class Study:
 
 def load_study(protocol: str, rig: str, data: Path) -> Study:
     """Load what the command line names; raises UsageError with everything that is wrong with a file."""
-    loaded, sha256 = load_protocol_with_sha256(find_protocol(protocol))
+    loaded = load_protocol(find_protocol(protocol))
+    sha256 = protocol_sha256(loaded.model_dump(mode="json"))
     return Study(loaded, sha256, load_rig(rig, datetime.now(UTC)), study_folder(data, loaded.name))

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from typing import TextIO
 
-from autd_trials.console.status import Status, fold
-from autd_trials.session.events import BlockStart, Event, Fault, Note, Pause, SessionEnd
+from autd_trials.session.events import BlockStart, Event, Fault, Note, Pause, SessionEnd, SessionStart
+from autd_trials.session.standing import Standing, standing
 
 
 class Lines:
@@ -13,26 +13,26 @@ class Lines:
     def __init__(self, output: TextIO, *, blocks: bool) -> None:
         self._output = output
         self._blocks = blocks
-        self._status = Status()
+        self._standing: Standing | None = None
         self._before = 0
 
     def catch_up(self, events: Iterable[Event]) -> None:
         """Take in, without a word, what happened before a session was taken up again."""
-        for event in events:
-            self._status = fold(self._status, event)
-        self._before = self._status.completed
+        self._standing = standing(events)
+        self._before = len(self._standing.complete)
 
     def __call__(self, event: Event) -> None:
         """Take an event in."""
-        self._status = fold(self._status, event)
-        if line := self._line(event):
-            assert self._status.start is not None
-            self._output.write(
-                f"{self._status.start.participant} session {self._status.start.session}: {line}\n"
-            )
+        if isinstance(event, SessionStart):
+            self._standing = Standing(event)
+        elif self._standing is not None:
+            self._standing.take(event)
+        if self._standing is not None and (line := self._line(event, self._standing)):
+            start = self._standing.start
+            self._output.write(f"{start.participant} session {start.session}: {line}\n")
             self._output.flush()
 
-    def _line(self, event: Event) -> str | None:
+    def _line(self, event: Event, now: Standing) -> str | None:
         match event:
             case BlockStart() if self._blocks:
                 levels = ", ".join(f"{name} {level}" for name, level in event.conditions.items())
@@ -44,8 +44,7 @@ class Lines:
             case Note():
                 return f"note: {event.text}"
             case SessionEnd():
-                assert self._status.start is not None
-                trials, completed = len(self._status.start.plan.trials), self._status.completed
-                done = f"{completed - self._before} of {trials - self._before} trials in this run"
+                trials, complete = len(now.start.plan.trials), len(now.complete)
+                done = f"{complete - self._before} of {trials - self._before} trials in this run"
                 return f"{event.status}, {done} ({event.why})"
         return None

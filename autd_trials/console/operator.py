@@ -1,22 +1,27 @@
 """The experimenter at the terminal."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from rich.console import Console
 from rich.panel import Panel
 from rich.text import Text
 
 from autd_trials.clock import Clock
+from autd_trials.console.controls import Controls
 from autd_trials.console.screen import Screen
-from autd_trials.errors import StoppedByPerson
+from autd_trials.errors import DeviceError, StoppedByPerson
 from autd_trials.protocol.plan import PlannedBlock
+from autd_trials.session.events import ConfirmedBy
 from autd_trials.session.interrupts import Interrupts
-from autd_trials.session.operator import ConfirmedBy, Decision
+from autd_trials.session.operator import Decision
 from autd_trials.terminal import Terminal
 
 _POLL_S = 0.1
 
 
 class TerminalOperator:
-    """Asks on the terminal, and turns keys typed while trials run into requests.
+    """Asks on the terminal. One that is closed ends the session, as a person would.
 
     Parameters
     ----------
@@ -27,7 +32,9 @@ class TerminalOperator:
     console
         Where longer texts are shown.
     interrupts
-        Where requests to pause or abort go; Ctrl-C at a question ends the session.
+        Requests to pause or abort; Ctrl-C at a question ends the session.
+    controls
+        Knows whether a pause is for a note.
     clock
         The machine's clock.
     """
@@ -35,26 +42,20 @@ class TerminalOperator:
     confirmed_by: ConfirmedBy = "person"
 
     def __init__(
-        self, terminal: Terminal, screen: Screen, console: Console, interrupts: Interrupts, clock: Clock
+        self,
+        terminal: Terminal,
+        screen: Screen,
+        console: Console,
+        interrupts: Interrupts,
+        controls: Controls,
+        clock: Clock,
     ) -> None:
         self._terminal = terminal
         self._screen = screen
         self._console = console
         self._interrupts = interrupts
+        self._controls = controls
         self._clock = clock
-        self._note_wanted = False
-
-    def poll(self) -> None:
-        """Take in p (pause), n (pause for a note) and a (abort)."""
-        for key in self._terminal.commands.take(self._clock.now_s()):
-            match key.text.lower():
-                case "p":
-                    self._interrupts.request_pause()
-                case "n":
-                    self._note_wanted = True
-                    self._interrupts.request_pause()
-                case "a":
-                    self._interrupts.request_abort()
 
     def read_out(self, instructions: str) -> None:
         """Show the instructions and wait until they were read out."""
@@ -69,30 +70,47 @@ class TerminalOperator:
         )
 
     def confirm_resume(self, summary: str) -> None:
-        """Show what is known of an interrupted session and ask whether it may go on."""
-        self._confirm("Resume", summary, "Same participant, same set-up, and willing to go on?")
+        """Show what is known of an interrupted session and ask whether it may go on; no ends it."""
+        question = "Same participant, same set-up, and willing to go on?"
+        with self._asking("Resume", summary):
+            if not self._yes(question):
+                raise StoppedByPerson(f"not confirmed: {question}")
 
     def decide_after_pause(self, reason: str) -> Decision:
         """Ask what to do, and take notes."""
         notes: list[str] = []
-        with self._screen.hidden():
-            self._console.print(Panel(Text(reason), title="PAUSED: the array is silent", border_style="red"))
+        with self._asking("PAUSED: the array is silent", reason, style="red"):
             while True:
-                choice = (
-                    "n" if self._note_wanted else self._choose("[c] continue   [n] note   [a] abort", "cna")
-                )
-                self._note_wanted = False
+                note_wanted, self._controls.note_wanted = self._controls.note_wanted, False
+                choice = "n" if note_wanted else self._choose("[c] continue   [n] note   [a] abort", "cna")
                 if choice != "n":
                     return Decision(go_on=choice == "c", notes=tuple(notes))
                 if note := self._terminal.ask_line("note: ", cancelled=self._aborted):
                     notes.append(note)
 
     def _confirm(self, title: str, text: str, question: str) -> None:
-        with self._screen.hidden():
-            self._console.print(Panel(Text(text.strip()), title=title, border_style="cyan"))
-            confirmed = self._terminal.confirm(question, cancelled=lambda: self._interrupts.pause_requested)
-        if not confirmed:
+        """Ask until the answer is yes: no means not yet."""
+        with self._asking(title, text):
+            while not self._yes(question):
+                self._console.print(Text("Waiting: y when it is so; Ctrl-C ends the session."))
+
+    def _yes(self, question: str) -> bool:
+        confirmed = self._terminal.confirm(question, cancelled=lambda: self._interrupts.pause_requested)
+        self._interrupts.obey()
+        if self._interrupts.pause_requested:
             raise StoppedByPerson(f"not confirmed: {question}")
+        return confirmed
+
+    @contextmanager
+    def _asking(self, title: str, text: str, style: str = "cyan") -> Iterator[None]:
+        """Show what a question is about, with the screen hidden while it is asked."""
+        try:
+            with self._screen.hidden():
+                self._console.print(Panel(Text(text.strip()), title=title, border_style=style))
+                yield
+        except (OSError, DeviceError) as error:
+            self._interrupts.request_abort("the terminal was closed")
+            raise StoppedByPerson(self._interrupts.why) from error
 
     def _choose(self, question: str, choices: str) -> str:
         self._console.print(Text(question))

@@ -32,7 +32,13 @@ class EmulatedMasker:
         self, level_dbfs: float, clock: Clock, *, level_dba: float | None = None, sample_rate_hz: int = 48_000
     ) -> None:
         check_level_dbfs(level_dbfs)
-        self._info = MaskerInfo("emulated", "none: no sound is played", level_dbfs, level_dba, sample_rate_hz)
+        self._info = MaskerInfo(
+            kind="emulated",
+            device="none: no sound is played",
+            level_dbfs=level_dbfs,
+            level_dba=level_dba,
+            sample_rate_hz=sample_rate_hz,
+        )
         self._clock = clock
         self._open = False
         self._lost = False

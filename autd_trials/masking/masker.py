@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from autd_trials.model import Model
 
-@dataclass(frozen=True)
-class MaskerInfo:
+
+class MaskerInfo(Model):
     """What the log keeps of the masker: `level_dba` is None where the headphones' sensitivity is unknown."""
 
     kind: str

@@ -91,11 +91,11 @@ class SoundMasker:
             self.close()
             raise
         return MaskerInfo(
-            "sound",
-            ready["device"],
-            self._settings.level_dbfs,
-            self._level_dba,
-            self._settings.sample_rate_hz,
+            kind="sound",
+            device=ready["device"],
+            level_dbfs=self._settings.level_dbfs,
+            level_dba=self._level_dba,
+            sample_rate_hz=self._settings.sample_rate_hz,
         )
 
     def start(self) -> None:

@@ -15,6 +15,7 @@ RESERVED_NAMES = frozenset(
     {
         "attempt",
         "block",
+        "button",
         "channel",
         "duration",
         "ear_level",

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from autd_trials.records.log_table import LOG_COLUMNS
 from autd_trials.records.sessions import StudySession
 from autd_trials.records.table import MISSING, Column, Value, describe
 from autd_trials.records.trials_table import trial_columns
@@ -88,6 +89,15 @@ def participant_row(sessions: Sequence[StudySession]) -> dict[str, Value]:
 def task_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
     """Return the sidecar of all trial tables; the newest session's protocol speaks for the task."""
     protocols = [session.log.start.protocol for session in by_time(sessions)]
+    return {**_task(sessions), **describe(trial_columns(protocols))}
+
+
+def log_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
+    """Return the sidecar of all tables of what happened beside the trials."""
+    return {**_task(sessions), **describe(LOG_COLUMNS)}
+
+
+def _task(sessions: Sequence[StudySession]) -> dict[str, Any]:
     newest = by_time(sessions)[-1].log.start
     study = newest.protocol.study
     return {
@@ -104,7 +114,6 @@ def task_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
             "SoftwareVersion": newest.versions.get("autd-trials", "unknown"),
             "OperatingSystem": newest.versions.get("system", "unknown"),
         },
-        **describe(trial_columns(protocols)),
     }
 
 

@@ -1,6 +1,9 @@
-"""Text files that are either old or new, never half."""
+"""Files that are either old or new, never half."""
 
 import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from autd_trials.host import sync_folder
@@ -15,13 +18,49 @@ def replace_text(path: Path, text: str) -> None:
         The disk refuses; the old file is still there.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    half = path.with_name(f".{path.name}.{os.getpid()}.part")
+    with replacing(path) as half, half.open("wb") as file:
+        file.write(text.encode("utf-8"))
+        file.flush()
+        os.fsync(file.fileno())
+    sync_folder(path.parent)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a name beside `path` to write to, which nobody else writes to; at the end it takes `path`'s place.
+
+    If the body fails, what it wrote is removed and the old file stays.
+    """
+    half = path.with_name(f".{path.name[:100]}.{secrets.token_hex(8)}.part")
     try:
-        with half.open("wb") as file:
-            file.write(text.encode("utf-8"))
-            file.flush()
-            os.fsync(file.fileno())
+        yield half
         half.replace(path)
     finally:
         half.unlink(missing_ok=True)
-    sync_folder(path.parent)
+
+
+def write_new(folder: Path, name: str, content: bytes) -> Path:
+    """Write a file under a name that is free in a folder: the one given, or that with a number behind it.
+
+    Returns
+    -------
+    Path
+        The file; no other is ever overwritten.
+
+    Raises
+    ------
+    OSError
+        The disk refuses.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    number = 1
+    while True:
+        path = folder / (name if number == 1 else f"{name}.{number}")
+        try:
+            with path.open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            return path
+        except FileExistsError:
+            number += 1

@@ -49,12 +49,24 @@ class SessionPaths:
         return self.study / self._folder / "beh" / f"{self._stem}_events.tsv"
 
     @property
+    def log_table(self) -> Path:
+        """The table of what happened beside the trials, made from the log."""
+        stem = f"sub-{self.participant}_ses-{self.session}_task-{self.task}_acq-log_run-1"
+        return self.study / self._folder / "beh" / f"{stem}_beh.tsv"
+
+    @property
     def _folder(self) -> Path:
         return Path(f"sub-{self.participant}", f"ses-{self.session}")
 
     @property
     def _stem(self) -> str:
         return f"sub-{self.participant}_ses-{self.session}_task-{self.task}_run-1"
+
+
+def events_table(study: Path, log: Path) -> Path:
+    """Return the table of trials that belongs to a log."""
+    folder = log.parent.relative_to(source_folder(study))
+    return study / folder / "beh" / f"{log.name.removesuffix('_log.jsonl')}_events.tsv"
 
 
 def study_folder(data: Path, protocol_name: str) -> Path:
@@ -93,26 +105,3 @@ def check_label(kind: Literal["participant", "session"], label: str) -> None:
             f"{label!r} cannot be a {kind} id",
             do="use 1 to 32 of the letters A-Z, a-z and digits: no spaces, hyphens, slashes, dots or accents",
         )
-
-
-def refuse_other_case(study: Path, participant: str, session: str) -> None:
-    """Refuse ids that differ only in case from existing ones: many file systems would take them for the same.
-
-    Raises
-    ------
-    UsageError
-        There is such an id.
-    """
-    for root in (study, source_folder(study)):
-        _refuse_twin(root, f"sub-{participant}")
-        _refuse_twin(root / f"sub-{participant}", f"ses-{session}")
-
-
-def _refuse_twin(folder: Path, name: str) -> None:
-    for other in sorted(folder.glob(f"{name[:4]}*")):
-        if other.name != name and other.name.casefold() == name.casefold():
-            raise UsageError(
-                f"{name} differs only in upper and lower case from {other.name}, which is there already",
-                where=str(folder),
-                do=f"write {other.name[4:]!r} if the same is meant, else choose another id",
-            )

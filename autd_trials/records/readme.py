@@ -6,6 +6,7 @@ from typing import Any
 
 from autd_trials.protocol.schema import Protocol
 from autd_trials.records.dataset import by_time, simulated
+from autd_trials.records.problem import Problem, in_short, unexplained
 from autd_trials.records.sessions import StudySession
 from autd_trials.records.sessions_table import SESSION_COLUMNS, emulated
 from autd_trials.records.table import Column
@@ -20,14 +21,19 @@ _FIRST_LINE = {
 
 _FILES = """\
 - `sub-*/ses-*/beh/*_events.tsv`: a row for every attempt at a trial. Only `complete` ones count.
+- `sub-*/ses-*/beh/*_acq-log_beh.tsv`: notes, pauses and faults in full.
 - `sub-*/sub-*_sessions.tsv`: how each session went; `participants.tsv`: who took part, under pseudonyms.
 - `sourcedata/`: the raw logs, one JSON object a line, with the whole protocol, plan, rig and calibration in
   the first line. They are the record: all else here is made from them by `autd-trials export`, and can be
-  made again. Pauses, faults and the experimenter's notes stand there in full.
+  made again. `chains.tsv` says where each log's chain stood when the data set was made last; `made/` is what
+  was made last, so that what people add to a file is told from it and kept; `edited/` is what they edited and
+  what could not be kept in its place.
 - `derivatives/analysis/`: results, if the study was analysed."""
 
 
-def readme_text(sessions: Sequence[StudySession], never_begun: Sequence[Path]) -> str:
+def readme_text(
+    sessions: Sequence[StudySession], never_begun: Sequence[Path], problems: Sequence[Problem] = ()
+) -> str:
     """Return ``README.md``.
 
     Parameters
@@ -36,11 +42,14 @@ def readme_text(sessions: Sequence[StudySession], never_begun: Sequence[Path]) -
         The study's sessions, at least one.
     never_begun
         Logs of sessions that were cut short before their first event was on the disk.
+    problems
+        What is wrong with the study's records.
     """
     ordered = by_time(sessions)
     newest = ordered[-1].log.start.protocol
     parts = [
         _first_line(ordered),
+        *_warning(problems),
         f"# {newest.study.title}",
         newest.description.strip(),
         _section("Protocol", _protocol_lines(newest, ordered)),
@@ -48,6 +57,7 @@ def readme_text(sessions: Sequence[StudySession], never_begun: Sequence[Path]) -
         _section("Calibration of the array", _by_value(ordered, _calibration)),
         _section("Masking noise", _by_value(ordered, _masker)),
         _section("Response device", _by_value(ordered, _responder)),
+        _section("Integrity of the records", _integrity(problems)),
         _section("Irregularities", _irregularities(ordered, never_begun)),
         _section("Files", _FILES),
         _section("Columns of the trial tables", _column_lines(trial_columns(_protocols(ordered)))),
@@ -67,6 +77,27 @@ def _first_line(sessions: Sequence[StudySession]) -> str:
         return _FIRST_LINE[simulated(sessions)]
     where = "The" if len(silent) == len(sessions) else "In some sessions the"
     return f"{_FIRST_LINE[simulated(sessions)]} **{where} array was emulated: nothing was emitted.**"
+
+
+def _warning(problems: Iterable[Problem]) -> list[str]:
+    count = len(unexplained(problems))
+    if not count:
+        return []
+    return [
+        f"**WARNING: the records are not as they were written ({count} finding(s), see Integrity of the records "
+        "below). Do not trust these data before that is explained.**"
+    ]
+
+
+def _integrity(problems: Sequence[Problem]) -> str:
+    """Return what the check of the logs found; plain words also if it found nothing."""
+    lines = [f"- {line}" for line in in_short(problems)]
+    lines += [f"- {problem} (explained by the log itself)" for problem in problems if problem.explained]
+    checked = (
+        "Checked when this data set was made: the numbers and the chain of SHA-256 through each log, each log "
+        "for being consistent in itself, and all of them with each other (`autd-trials study verify`)."
+    )
+    return f"{checked}\n\n" + ("\n".join(lines) or "Nothing was found.")
 
 
 def _section(title: str, text: str) -> str:
@@ -135,12 +166,12 @@ def _irregularities(sessions: Iterable[StudySession], never_begun: Iterable[Path
 
 
 def _irregular(session: StudySession) -> list[str]:
-    progress = session.progress
+    standing = session.standing
     found = []
-    if progress.status != "success":
+    if standing.status != "success":
         planned = len(session.log.start.plan.trials)
         found.append(
-            f"{progress.status} ({progress.why}), {len(progress.complete)} of {planned} trials complete"
+            f"{standing.status} ({standing.why}), {len(standing.complete)} of {planned} trials complete"
         )
     events = session.log.events
     crashes = sum(isinstance(event, Resume) and event.after_crash for event in events)
@@ -149,8 +180,8 @@ def _irregular(session: StudySession) -> list[str]:
         found.append(f"taken up again after {crashes} crash(es)")
     if faults:
         found.append(f"{len(faults)} fault(s): {', '.join(dict.fromkeys(faults))}")
-    if progress.attempts_interrupted:
-        found.append(f"{progress.attempts_interrupted} interrupted attempts")
+    if standing.attempts_interrupted:
+        found.append(f"{standing.attempts_interrupted} interrupted attempts")
     if session.log.damaged:
         found.append(
             f"unreadable lines in the log: {', '.join(str(line) for line, _ in session.log.damaged)}"
@@ -178,8 +209,8 @@ def _by_value(sessions: Iterable[StudySession], describe: Callable[[StudySession
 
 
 def _device(session: StudySession, name: str) -> dict[str, Any]:
-    device = session.log.start.devices.get(name)
-    return device if isinstance(device, dict) else {}
+    device = getattr(session.log.start.devices, name)
+    return device.model_dump() if device is not None else {}
 
 
 def _facts(facts: dict[str, Any]) -> str:

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.host import FileHeldError, HeldFile
-from autd_trials.records.layout import SessionPaths, log_paths, refuse_other_case, source_folder
+from autd_trials.records.ids import refuse_look_alikes
+from autd_trials.records.layout import SessionPaths, log_paths, source_folder
 from autd_trials.records.log import EventLog, LogContents, has_begun, read_log, read_start
-from autd_trials.records.progress import Progress, progress_of
+from autd_trials.session.standing import Standing, standing
 
 
 @dataclass(frozen=True)
@@ -21,9 +22,9 @@ class StudySession:
     log: LogContents
 
     @cached_property
-    def progress(self) -> Progress:
+    def standing(self) -> Standing:
         """Where the session stands."""
-        return progress_of(self.log)
+        return standing(self.log.events)
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def study_sessions(study: Path) -> list[StudySession]:
     UsageError
         A log cannot be read, or lies where it does not belong.
     """
-    sessions = [_read(study, path) for path in log_paths(study) if has_begun(path)]
+    sessions = [read_session(study, path) for path in log_paths(study) if has_begun(path)]
     return sorted(sessions, key=lambda session: (session.paths.participant, session.paths.session))
 
 
@@ -75,7 +76,9 @@ def find_session(study: Path, participant: str | None = None, session: str | Non
         for found in study_sessions(study)
         if participant in (None, found.paths.participant) and session in (None, found.paths.session)
     ]
-    wanted = named if session is not None else [found for found in named if not found.progress.finished]
+    wanted = (
+        named if session is not None else [found for found in named if found.standing.status != "success"]
+    )
     if len(wanted) == 1:
         return wanted[0]
     listing = "".join(f"\n  {_describe(found)}" for found in wanted or named)
@@ -152,7 +155,7 @@ def new_session(study: Path, task: str, participant: str, session: str | None = 
         An id is not a BIDS label, differs only in case from another, or the session has been recorded.
     """
     paths = SessionPaths(study, participant, session or next_session(study, participant), task)
-    refuse_other_case(study, participant, paths.session)
+    refuse_look_alikes(study, participant, paths.session)
     if paths.log.exists():
         raise UsageError(
             f"session {paths.session} of participant {participant} has been recorded already",
@@ -188,7 +191,8 @@ def place_of(study: Path, participant: str) -> int:
     return places.get(participant, max(places.values(), default=0) + 1)
 
 
-def _read(study: Path, path: Path) -> StudySession:
+def read_session(study: Path, path: Path) -> StudySession:
+    """Return the session whose log lies at a path; raises as `study_sessions` does."""
     log = read_log(path)
     start = log.start
     paths = SessionPaths(study, start.participant, start.session, start.protocol.task)
@@ -207,6 +211,6 @@ def _next_number(folders: Iterable[str]) -> str:
 
 
 def _describe(found: StudySession) -> str:
-    progress = found.progress
-    done = f"{len(progress.complete)} of {len(found.log.start.plan.trials)} trials"
-    return f"participant {found.paths.participant}, session {found.paths.session}: {progress.status}, {done}"
+    where = found.standing
+    done = f"{len(where.complete)} of {len(found.log.start.plan.trials)} trials"
+    return f"participant {found.paths.participant}, session {found.paths.session}: {where.status}, {done}"

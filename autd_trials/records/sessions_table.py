@@ -47,20 +47,20 @@ SESSION_COLUMNS = (
 
 def session_row(session: StudySession) -> dict[str, Value]:
     """Return a session's row."""
-    log, progress = session.log, session.progress
+    log, standing = session.log, session.standing
     start = log.start
     resumes = [event for event in log.events if isinstance(event, Resume)]
     return {
         "session_id": f"ses-{session.paths.session}",
         "acq_time": bids_time(start.utc),
-        "status": progress.status,
+        "status": standing.status,
         "simulated": start.simulated,
         "virtual_time": start.virtual_time,
         "emulated_array": emulated(session),
         "trials_planned": len(start.plan.trials),
-        "trials_complete": len(progress.complete),
-        "attempts_interrupted": progress.attempts_interrupted,
-        "exposure_s": to_us(progress.exposure_s),
+        "trials_complete": len(standing.complete),
+        "attempts_interrupted": standing.attempts_interrupted,
+        "exposure_s": to_us(standing.exposure_s),
         "pauses": _count(log.events, Pause),
         "crashes": sum(resume.after_crash for resume in resumes),
         "faults": _count(log.events, Fault),
@@ -72,11 +72,9 @@ def session_row(session: StudySession) -> dict[str, Value]:
     }
 
 
-def emulated(session: StudySession) -> bool | None:
-    """Return whether the array's firmware was emulated; None where the log does not say."""
-    array = session.log.start.devices.get("array")
-    known = array.get("emulated") if isinstance(array, dict) else None
-    return known if isinstance(known, bool) else None
+def emulated(session: StudySession) -> bool:
+    """Return whether the array's firmware was emulated."""
+    return session.log.start.devices.array.emulated
 
 
 def bids_time(utc: str) -> str | None:

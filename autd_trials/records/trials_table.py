@@ -61,6 +61,7 @@ _TRAILING = (
         },
     ),
     Column("response_time", "From the onset to the first press within the response window.", units="s"),
+    Column("button", "The button, key or line of the press that made the answer; n/a if there was none."),
     Column("onset_lateness", "Actual onset minus planned onset.", units="s"),
     Column(
         "start_margin",
@@ -137,7 +138,7 @@ class _Attempt:
     start: TrialStart | None = None
     stimulus: StimulusStart | None = None
     end: TrialEnd | None = None
-    presses: list[str] = field(default_factory=list)
+    presses: list[ResponseMade] = field(default_factory=list)
 
     def take(self, event: Event) -> None:
         if isinstance(event, TrialStart):
@@ -147,7 +148,7 @@ class _Attempt:
         elif isinstance(event, TrialEnd):
             self.end = event
         elif isinstance(event, ResponseMade):
-            self.presses.append(event.phase)
+            self.presses.append(event)
 
     def row(self) -> dict[str, Value]:
         stimulus, end = self.stimulus, self.end
@@ -164,17 +165,32 @@ class _Attempt:
             **(self.start.conditions if self.start else self.planned.conditions),
             "response": end.response if end else None,
             "response_time": to_us(end.response_time_s) if end else None,
+            "button": self._button(),
             "onset_lateness": to_us(stimulus.onset_t_s - stimulus.planned_onset_t_s) if stimulus else None,
             "start_margin": to_us(stimulus.margin_s) if stimulus else None,
             "silent_before": to_us(end.silent_before_s) if end else None,
             "emitting_after": to_us(end.emitting_after_s) if end else None,
-            "presses_before_onset": self.presses.count("before_onset"),
-            "presses_in_window": self.presses.count("window"),
-            "presses_late": self.presses.count("late"),
+            "presses_before_onset": self._count("before_onset"),
+            "presses_in_window": self._count("window"),
+            "presses_late": self._count("late"),
             "exposure_s": to_us(stimulus.exposure_s) if stimulus else 0.0,
             "ear_level": stimulus.ear_level_db if stimulus else None,
             "underruns": end.underruns if end else None,
         }
+
+    def _count(self, phase: str) -> int:
+        return sum(press.phase == phase for press in self.presses)
+
+    def _button(self) -> str | None:
+        """Return which button made the answer."""
+        if self.end is None or self.end.response_time_s is None:
+            return None
+        answers = (
+            press.button
+            for press in self.presses
+            if press.phase == "window" and press.response_time_s == self.end.response_time_s
+        )
+        return next(answers, None)
 
     def _duration_s(self) -> float:
         if self.stimulus is None or self.stimulus.drive == 0:

@@ -15,6 +15,8 @@ from autd_trials.rig.schema import (
     SerialSpec,
 )
 from autd_trials.session.devices import Devices
+from autd_trials.session.preflight import Used
+from autd_trials.stimulus import Limits
 
 if TYPE_CHECKING:
     from autd_trials.array.driver import ArrayDriver
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from autd_trials.terminal import Terminal
 
 NO_AUDIO = "none"
+_UNUSED = Used()
 
 
 @dataclass(frozen=True)
@@ -56,13 +59,16 @@ class Builder:
         """The rig, without its calibration."""
         return self.loaded_rig.rig
 
-    def live(self, terminal: "Terminal", *, exposure_used_s: float, seed: int) -> Devices:
-        """Return the devices of a session with a person."""
-        return Devices(
-            self.array(exposure_used_s), self._masker(seed, simulated=False), self._responder(terminal)
-        )
+    @property
+    def limits(self) -> Limits:
+        """The limits under which both rig and protocol hold."""
+        return self.rig.array.limits.and_also(self.protocol.safety)
 
-    def simulated(self, participant: "SimulatedParticipant", *, exposure_used_s: float, seed: int) -> Devices:
+    def live(self, terminal: "Terminal", *, used: Used, seed: int) -> Devices:
+        """Return the devices of a session with a person."""
+        return Devices(self.array(used), self.masker(seed, simulated=False), self._responder(terminal))
+
+    def simulated(self, participant: "SimulatedParticipant", *, used: Used, seed: int) -> Devices:
         """Return the devices of a session with a simulated participant.
 
         Raises
@@ -75,10 +81,10 @@ class Builder:
                 f"rig {self.rig.name!r} has a real array; simulated participants only run on an emulated one",
                 do="leave out --simulate, or use a rig whose array.link is emulator",
             )
-        return Devices(self.array(exposure_used_s), self._masker(seed, simulated=True), participant)
+        return Devices(self.array(used), self.masker(seed, simulated=True), participant)
 
-    def array(self, exposure_used_s: float = 0.0) -> "ArrayDriver":
-        """Return the array with the limits of both rig and protocol."""
+    def array(self, used: Used = _UNUSED) -> "ArrayDriver":
+        """Return the array with the limits of both rig and protocol, some of which may be used up."""
         from autd_trials.array.autd3_backend import Autd3Backend
         from autd_trials.array.link import EmulatorLink, NetworkLink
         from autd_trials.array.phased_array import PhasedArray
@@ -90,10 +96,12 @@ class Builder:
         return PhasedArray(
             units,
             VirtualBackend(self.clock) if self.virtual else Autd3Backend(real, self.clock),
-            self.rig.array.limits.and_also(self.protocol.safety),
+            self.limits,
             self.clock,
             speed_of_sound_m_s=self.rig.air.speed_of_sound_m_s,
-            exposure_used_s=exposure_used_s,
+            exposure_used_s=used.session_s,
+            daily_used_s=used.today_s,
+            earlier_bursts=_on_the_clock(used, self.clock),
             ears=self._ears(units),
         )
 
@@ -136,7 +144,7 @@ class Builder:
         )
         return EarWatch(units, ears, self.rig.air)
 
-    def _masker(self, seed: int, *, simulated: bool) -> "Masker | None":
+    def masker(self, seed: int, *, simulated: bool) -> "Masker | None":
         """Return the masker; None where the protocol asks for none or --audio none declined it."""
         from autd_trials.masking.emulated import EmulatedMasker
         from autd_trials.masking.level import resolve_level
@@ -174,6 +182,16 @@ class Builder:
         if isinstance(spec, SerialSpec):
             return SerialBox(spec.port, spec.protocol, self.clock)
         return KeyboardResponder(terminal, spec.keys)
+
+
+def _on_the_clock(used: Used, clock: Clock) -> list[tuple[float, float]]:
+    """Return when bursts began and ended on the host's clock, none of them later than now."""
+    now_s, utc = clock.now_s(), clock.utc_now()
+    ahead_s = max((0.0, *((end - utc).total_seconds() for _, end in used.bursts)))  # the clock was put back
+    return [
+        (now_s + (onset - utc).total_seconds() - ahead_s, now_s + (end - utc).total_seconds() - ahead_s)
+        for onset, end in used.bursts
+    ]
 
 
 def _headphones(sound: EmulatedSoundSpec | RealSoundSpec | None) -> "Headphones | None":

@@ -1,13 +1,13 @@
 """The devices of a session, together."""
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from autd_trials.array.driver import ArrayDriver, Stimulus
 from autd_trials.masking.masker import Masker
 from autd_trials.protocol.plan import PlannedTrial
 from autd_trials.protocol.schema import Protocol
 from autd_trials.responses.responder import Responder
+from autd_trials.session.events import DeviceDescriptions
 
 
 @dataclass(frozen=True)
@@ -18,14 +18,14 @@ class Devices:
     masker: Masker | None
     responder: Responder
 
-    def open(self) -> dict[str, Any]:
-        """Open all; return what the log keeps of them. If one fails, the others are closed again."""
+    def open(self) -> DeviceDescriptions:
+        """Open all; return what they say of themselves. If one fails, the others are closed again."""
         try:
-            return {
-                "array": asdict(self.array.open()),
-                "masker": asdict(self.masker.open()) if self.masker else None,
-                "responder": asdict(self.responder.open()),
-            }
+            return DeviceDescriptions(
+                array=self.array.open(),
+                masker=self.masker.open() if self.masker else None,
+                responder=self.responder.open(),
+            )
         except BaseException:
             self.close()
             raise
@@ -42,13 +42,4 @@ def array_stimulus(protocol: Protocol, trial: PlannedTrial) -> Stimulus:
     """Return a planned trial's stimulus in the array's words."""
     spec = trial.stimulus
     target = protocol.targets[spec.target]
-    return Stimulus(
-        target_mm=(target.x_mm, target.y_mm, target.z_mm),
-        duration_s=spec.duration_s,
-        modulation_hz=spec.modulation_hz,
-        waveform=spec.waveform,
-        depth=spec.depth,
-        drive=spec.drive,
-        force_law=spec.force_law,
-        ramp_s=spec.ramp_s,
-    )
+    return Stimulus(target_mm=(target.x_mm, target.y_mm, target.z_mm), **spec.model_dump(exclude={"target"}))

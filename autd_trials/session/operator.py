@@ -1,11 +1,10 @@
 """The experimenter, as the runner sees them."""
 
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Protocol
 
 from autd_trials.protocol.plan import PlannedBlock
-
-ConfirmedBy = Literal["person", "unattended"]
+from autd_trials.session.events import ConfirmedBy
 
 
 @dataclass(frozen=True)
@@ -22,9 +21,6 @@ class Operator(Protocol):
     @property
     def confirmed_by(self) -> ConfirmedBy:
         """Who confirms: a person, or nobody (an unattended run)."""
-
-    def poll(self) -> None:
-        """Take in what was typed while trials run; never waits, turns it into requests to pause or abort."""
 
     def read_out(self, instructions: str) -> None:
         """Return when the instructions were read out to the participant."""
@@ -43,9 +39,6 @@ class Unattended:
     """Confirms everything at once and ends the session where a person would have to decide."""
 
     confirmed_by: ConfirmedBy = "unattended"
-
-    def poll(self) -> None:
-        """Nobody types."""
 
     def read_out(self, instructions: str) -> None:
         """Nobody reads."""

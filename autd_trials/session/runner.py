@@ -1,6 +1,6 @@
 """A session, from the instructions to its end: one piece of code in real and in virtual time."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 
 from autd_trials.adaptive.answers import Answer
@@ -16,24 +16,50 @@ from autd_trials.session.operator import Operator
 from autd_trials.session.presses import PressBook
 from autd_trials.session.recorder import Recorder
 from autd_trials.session.silence import silence
-from autd_trials.session.tracks import Tracks, possible_stimuli
+from autd_trials.session.tracks import Tracks
 from autd_trials.session.trial import Ended, TrialRunner
-from autd_trials.session.watch import RESUME_ADVICE, Watch
+from autd_trials.session.watch import Watch
 
+_RESUME_ADVICE = (
+    "to go on with this session, add --resume with its --participant and --session to the same command"
+)
+_NOTED_S = 0.001  # a delay that is worth a note; less is rounding
 _MASKER_LEAD_S = 2.0
 """The masker plays this long before a trial may start: sound devices begin with gaps of up to 0.9 s."""
 
 
 @dataclass(frozen=True)
-class Standing:
-    """Where a session stands: the trials that are complete, and how often each was attempted.
+class Done:
+    """What a session has behind it: the trials that are complete, and how often each was attempted.
 
     `answers` are, by trial, those to stimuli whose level an adaptive method chose.
     """
 
-    complete: frozenset[int] = frozenset()
+    complete: Set[int] = frozenset()
     attempts: Mapping[int, int] = field(default_factory=dict)
     answers: Mapping[int, Answer] = field(default_factory=dict)
+
+
+def blocks_to_do(plan: Plan, complete: Set[int]) -> list[tuple[PlannedBlock, list[PlannedTrial]]]:
+    """Return the blocks of a plan that have trials left, each with these, in order."""
+    left: dict[int, list[PlannedTrial]] = {}
+    for trial in plan.trials:
+        if trial.trial not in complete:
+            left.setdefault(trial.block, []).append(trial)
+    return [(block, left[block.block]) for block in plan.blocks if block.block in left]
+
+
+def confirm_beginning(operator: Operator, protocol: Protocol, plan: Plan, complete: Set[int]) -> None:
+    """Have the instructions read out and the first block's conditions confirmed, before anything is recorded.
+
+    Raises
+    ------
+    StoppedByPerson
+        The session is not to begin.
+    """
+    operator.read_out(protocol.instructions)
+    for block, _ in blocks_to_do(plan, complete)[:1]:
+        operator.confirm_block(block)
 
 
 class SessionRunner:
@@ -42,7 +68,7 @@ class SessionRunner:
     Parameters
     ----------
     protocol, plan
-        What is to be done.
+        What is to be done; it was judged (`preflight`), and its beginning confirmed (`confirm_beginning`).
     devices
         What it is done with; already open.
     operator
@@ -51,7 +77,7 @@ class SessionRunner:
         Time, and requests to stop.
     recorder
         Where everything goes.
-    standing
+    done
         What is already done, for a session that is resumed.
     """
 
@@ -65,22 +91,21 @@ class SessionRunner:
         clock: Clock,
         interrupts: Interrupts,
         recorder: Recorder,
-        standing: Standing | None = None,
+        done: Done | None = None,
     ) -> None:
-        standing = standing or Standing()
+        done = done or Done()
         self._protocol = protocol
         self._devices = devices
         self._operator = operator
         self._clock = clock
         self._interrupts = interrupts
         self._recorder = recorder
-        self._attempts = dict(standing.attempts)
-        self._to_do = [trial for trial in plan.trials if trial.trial not in standing.complete]
-        self._blocks = plan.blocks
-        self._tracks = Tracks(protocol.method, plan, standing.answers)
+        self._attempts = dict(done.attempts)
+        self._to_do = blocks_to_do(plan, done.complete)
+        self._tracks = Tracks(protocol.method, plan, done.answers)
         self._masker_started = False
         presses = PressBook(recorder)
-        self._watch = Watch(devices, operator, clock, interrupts, recorder, presses)
+        self._watch = Watch(devices, clock, interrupts, recorder, presses)
         self._trials = TrialRunner(protocol, devices, clock, recorder, presses, self._watch)
 
     def run(self) -> None:
@@ -97,26 +122,27 @@ class SessionRunner:
             self._run_blocks()
         except BaseException as error:
             silence(self._devices.array, self._recorder, self._clock)
-            aborted = isinstance(error, StoppedByPerson | KeyboardInterrupt)
-            why = error.what if isinstance(error, TrialsError) else repr(error)
-            self._recorder.record(SessionEnd, status="aborted" if aborted else "failed", why=why)
+            why, by_person = self._why(error)
+            self._recorder.record(SessionEnd, status="aborted" if by_person else "failed", why=why)
+            if by_person:
+                raise StoppedByPerson(why, do=_RESUME_ADVICE) from error
             raise
         silence(self._devices.array, self._recorder, self._clock)
         self._recorder.record(SessionEnd, status="success", why="all trials complete")
 
+    def _why(self, error: BaseException) -> tuple[str, bool]:
+        """Return why the session ended and whether a person ended it, which makes other things fail too."""
+        if self._interrupts.abort_requested:
+            return self._interrupts.why, True
+        why = error.what if isinstance(error, TrialsError) else repr(error)
+        return why, isinstance(error, StoppedByPerson | KeyboardInterrupt)
+
     def _run_blocks(self) -> None:
-        self._devices.array.check([array_stimulus(self._protocol, trial) for trial in self._to_do])
-        for stimulus in possible_stimuli(self._protocol, self._to_do):
-            self._devices.array.check([stimulus])
-        self._operator.read_out(self._protocol.instructions)
-        for number, (block, trials) in enumerate(self._blocks_to_do()):
+        for number, (block, trials) in enumerate(self._to_do):
             if number > 0:
                 self._take_break()
+                self._operator.confirm_block(block)
             self._run_block(block, trials)
-
-    def _blocks_to_do(self) -> list[tuple[PlannedBlock, list[PlannedTrial]]]:
-        pairs = [(block, [t for t in self._to_do if t.block == block.block]) for block in self._blocks]
-        return [(block, trials) for block, trials in pairs if trials]
 
     def _take_break(self) -> None:
         self._recorder.record(Pause, reason="break between blocks")
@@ -124,7 +150,6 @@ class SessionRunner:
         self._recorder.record(Resume, after_crash=False, confirmed_by=self._operator.confirmed_by)
 
     def _run_block(self, block: PlannedBlock, trials: list[PlannedTrial]) -> None:
-        self._operator.confirm_block(block)
         self._recorder.record(
             BlockStart,
             block=block.block,
@@ -144,6 +169,7 @@ class SessionRunner:
         while True:
             try:
                 onset_s = (self._lead_in() if ready_s is None else ready_s) + trial.pause_before_s
+                onset_s = self._when_the_duty_allows(trial, onset_s)
                 exposure = self._trials.arm(trial, onset_s)
                 if not self._interrupts.pause_requested:
                     ended = self._run_armed(trial, onset_s, exposure)
@@ -151,8 +177,19 @@ class SessionRunner:
                     return ended.window_end_s
                 self._pause("asked by the experimenter")
             except DeviceError as fault:
+                self._interrupts.obey()
                 self._pause_for(fault)
             ready_s = None
+
+    def _when_the_duty_allows(self, trial: PlannedTrial, onset_s: float) -> float:
+        """Return the onset, later if bursts before a pause or a resume leave too little of any 60 s."""
+        earliest_s = self._devices.array.earliest_s(array_stimulus(self._protocol, trial), onset_s)
+        if earliest_s > onset_s + _NOTED_S:
+            text = (
+                f"trial {trial.trial} waits {earliest_s - onset_s:.1f} s longer: the share of on-time in 60 s"
+            )
+            self._recorder.record(Note, text=text)
+        return earliest_s
 
     def _run_armed(self, trial: PlannedTrial, onset_s: float, exposure: Exposure) -> Ended:
         attempt = self._attempts.get(trial.trial, 0) + 1
@@ -173,7 +210,7 @@ class SessionRunner:
 
     def _pause(self, reason: str) -> None:
         if not self._ask_to_go_on(reason):
-            raise StoppedByPerson("stopped in a pause", do=RESUME_ADVICE)
+            raise StoppedByPerson("stopped in a pause")
         self._recorder.record(Resume, after_crash=False, confirmed_by=self._operator.confirmed_by)
 
     def _pause_for(self, fault: DeviceError) -> None:

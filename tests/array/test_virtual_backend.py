@@ -14,6 +14,7 @@ from autd_trials.array.virtual_backend import VirtualBackend
 from autd_trials.clock import VirtualClock
 from autd_trials.errors import DeviceError, UnsafeError, UsageError
 from autd_trials.stimulus import Limits
+from tests.array.conftest import watch_until
 
 MakeStimulus = Callable[..., Stimulus]
 STEP_NS = 25_000
@@ -151,6 +152,47 @@ def test_a_failsafe_in_mid_burst_is_noticed_and_mutes(
     with pytest.raises(DeviceError, match="failsafe"):
         array.finish()
     assert not emitted(backend, onset.device_ns + 501_000_000, 2.0).any()
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("lost", "only 17 of 18 devices answer"),
+        ("unanswered", r"not answered for 0\.2"),
+        ("failsafe", "failsafe"),
+        ("thermal", "too hot"),
+    ],
+)
+def test_a_fault_in_mid_burst_is_noticed_within_0_3_s(
+    array: PhasedArray,
+    backend: VirtualBackend,
+    virtual_clock: VirtualClock,
+    make_stimulus: MakeStimulus,
+    fault: str,
+    message: str,
+) -> None:
+    array.arm(make_stimulus(duration_s=2.0))
+    onset = array.start(virtual_clock.now_s())
+    backend.faults.lost_devices = int(fault == "lost")
+    setattr(backend.faults, f"{fault}_from_s", onset.onset_s + 0.5)
+    with pytest.raises(DeviceError, match=message):
+        watch_until(array, virtual_clock, onset.onset_s + 2.0)
+    assert 0.5 <= virtual_clock.now_s() - onset.onset_s < 0.8
+    if fault in ("failsafe", "thermal"):
+        assert not emitted(backend, onset.device_ns + 801_000_000, 2.0).any()
+    with pytest.raises(RuntimeError, match="no stimulus was started"):
+        array.finish()
+
+
+def test_a_busy_computer_is_not_taken_for_lost_devices(
+    array: PhasedArray, backend: VirtualBackend, virtual_clock: VirtualClock, make_stimulus: MakeStimulus
+) -> None:
+    array.arm(make_stimulus(duration_s=2.0))
+    onset = array.start(virtual_clock.now_s())
+    backend.faults.unanswered_from_s = onset.onset_s + 0.5
+    backend.faults.stalled_s = 0.4
+    with pytest.raises(DeviceError, match=r"not answered for 0\.6.*this computer stood still for 0\.40 s"):
+        watch_until(array, virtual_clock, onset.onset_s + 2.0)
 
 
 def test_no_trial_begins_on_unwell_devices(

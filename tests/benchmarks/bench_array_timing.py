@@ -10,15 +10,15 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
+from datetime import UTC, datetime
 
-import protocols
 from autd_trials.array.autd3_backend import Autd3Backend
 from autd_trials.array.driver import Stimulus
+from autd_trials.array.geometry import UnitPose
 from autd_trials.array.link import EmulatorLink
 from autd_trials.array.phased_array import PhasedArray
-from autd_trials.calibration.file import load_calibration
 from autd_trials.clock import RealClock
+from autd_trials.rig.load import load_rig
 from autd_trials.stimulus import Limits
 
 SMALLEST_MARGIN_S = 0.010
@@ -53,10 +53,14 @@ def main() -> None:
     sys.exit(0 if all(kept) else 1)
 
 
+def emulated_units() -> list[UnitPose]:
+    """Return the poses of the shipped emulated rig's units."""
+    return load_rig("emulated", datetime.now(UTC)).calibration.unit_poses()
+
+
 def measure(trials: int, busy: int) -> list[Trial]:
     """Run the trials while so many cores are kept busy."""
-    shipped = Path(protocols.__path__[0], "rigs", "emulated-calibration.yaml")
-    units = load_calibration(shipped)[0].unit_poses()
+    units = emulated_units()
     clock = RealClock()
     limits = Limits(largest_drive=1.0, longest_burst_s=2.0, largest_duty=1.0, session_exposure_s=1000.0)
     array = PhasedArray(units, Autd3Backend(EmulatorLink(), clock), limits, clock, speed_of_sound_m_s=343.2)

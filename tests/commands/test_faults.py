@@ -148,7 +148,7 @@ def test_a_full_disk_ends_the_session_and_what_was_recorded_stays(
         assert done.code == 4
         assert "disk" in done.err
         (log,) = small.glob("short/sourcedata/*/*/*_log.jsonl")
-        assert log.read_bytes().startswith(b'{"t_s"')
+        assert log.read_bytes().startswith(b'{"n":1,')
     finally:
         subprocess.run(["umount", str(small)], check=True)
 

@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+from autd_trials.array.driver import ArrayInfo
+from autd_trials.masking.masker import MaskerInfo
 from autd_trials.protocol.plan import Plan, PlannedBlock, PlannedTrial
 from autd_trials.protocol.schema import (
     Factor,
@@ -28,8 +30,10 @@ from autd_trials.protocol.schema import (
 )
 from autd_trials.records.layout import SessionPaths
 from autd_trials.records.log import EventLog
+from autd_trials.responses.responder import ResponderInfo
 from autd_trials.session.events import (
     BlockStart,
+    DeviceDescriptions,
     Event,
     Fault,
     Note,
@@ -45,6 +49,20 @@ from autd_trials.session.events import (
 
 START = datetime(2026, 11, 22, 9, 0, tzinfo=UTC)
 FREQUENCIES_HZ = (25.0, 50.0, 100.0)
+DEVICES = DeviceDescriptions(
+    array=ArrayInfo(
+        driver="virtual",
+        link="none",
+        emulated=True,
+        devices=18,
+        transducers=18 * 249,
+        firmware=("v12.0.0",),
+    ),
+    masker=MaskerInfo(
+        kind="pink", device="null sink", level_dbfs=-30.0, level_dba=None, sample_rate_hz=48000
+    ),
+    responder=ResponderInfo(kind="simulated", device="simulated", time_uncertainty_s=0.0),
+)
 CLOTHING = ("inner", "inner+outer")
 
 
@@ -143,24 +161,7 @@ class SessionScript:
             rig={"name": "emulated"},
             calibration={"method": "by hand", "made_up": True, "time": "2026-11-22T08:00:00Z"},
             calibration_sha256="cd" * 32,
-            devices={
-                "array": {
-                    "driver": "virtual",
-                    "link": "none",
-                    "emulated": True,
-                    "devices": 18,
-                    "transducers": 18 * 249,
-                    "firmware": ["v12.0.0"],
-                },
-                "masker": {
-                    "kind": "pink",
-                    "device": "null sink",
-                    "level_dbfs": -30.0,
-                    "level_dba": None,
-                    "sample_rate_hz": 48000,
-                },
-                "responder": {"kind": "simulated", "device": "simulated", "time_uncertainty_s": 0.0},
-            },
+            devices=DEVICES,
             versions={"autd-trials": "0.1.0", "python": "3.11.7"},
             git_commit=None,
         )

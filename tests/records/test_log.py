@@ -3,6 +3,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -15,10 +16,13 @@ from autd_trials.session.events import Event, Fault, Note, Pause, ResponseMade, 
 from tests.records.conftest import SessionScript, largest_file, write_log
 
 KILLS = 20
+UTC_TEXT = "2026-11-22T10:00:00+00:00"
 
-seconds = st.floats(allow_nan=False, allow_infinity=False)
+seconds = st.floats(0, 1e9)
 texts = st.text(max_size=40)
-stamps = {"t_s": seconds, "utc": texts}
+times = st.datetimes(datetime(1970, 1, 2), datetime(9998, 1, 1), timezones=st.just(UTC))
+stamps = {"t_s": seconds, "utc": times.map(datetime.isoformat)}
+trials = st.integers(1, len(SessionScript().plan.trials))
 events: st.SearchStrategy[Event] = st.one_of(
     st.builds(Note, **stamps, text=texts, event=st.just("note")),
     st.builds(Pause, **stamps, reason=texts, event=st.just("pause")),
@@ -27,8 +31,8 @@ events: st.SearchStrategy[Event] = st.one_of(
         ResponseMade,
         **stamps,
         event=st.just("response"),
-        trial=st.none() | st.integers(),
-        attempt=st.none() | st.integers(),
+        trial=trials,
+        attempt=st.integers(1),
         phase=st.sampled_from(["outside", "before_onset", "window", "late"]),
         press_t_s=seconds,
         button=texts,
@@ -39,14 +43,14 @@ events: st.SearchStrategy[Event] = st.one_of(
         StimulusStart,
         **stamps,
         event=st.just("stimulus"),
-        trial=st.integers(),
-        attempt=st.integers(),
+        trial=trials,
+        attempt=st.integers(1),
         onset_t_s=seconds,
         planned_onset_t_s=seconds,
         device_ns=st.integers(0, 2**63),
         margin_s=seconds,
-        duration_s=seconds,
-        drive=seconds,
+        duration_s=st.floats(0, 16, exclude_min=True),
+        drive=st.floats(0, 1),
         exposure_s=seconds,
     ),
 )
@@ -69,7 +73,7 @@ def test_a_log_cut_off_at_any_byte_loses_only_the_torn_line_and_can_be_gone_on_w
     data: st.DataObject,
 ) -> None:
     script = SessionScript().note("Zoë \u2028 日本").trial(1)
-    after = Note(t_s=99.0, utc="later", text="gone on")
+    after = Note(t_s=99.0, utc=UTC_TEXT, text="gone on")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "log.jsonl")
         write_log(path, script.events)
@@ -95,7 +99,7 @@ def test_a_torn_line_is_reported_with_its_number(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-10])
     contents = read_log(path)
     assert [number for number, _ in contents.damaged] == [3]
-    assert contents.damaged[0][1].startswith('{"t_s":')
+    assert contents.damaged[0][1].startswith('{"n":3,"t_s":')
     assert len(contents.events) == 2
 
 
@@ -185,13 +189,13 @@ def test_what_is_not_a_number_is_never_written(tmp_path: Path) -> None:
     with EventLog.create(path) as log:
         log.append(start)
         with pytest.raises(ValueError, match="JSON compliant"):
-            log.append(Pause(t_s=0.0, utc="", reason="").model_copy(update={"t_s": float("nan")}))
+            log.append(Pause(t_s=0.0, utc=UTC_TEXT, reason="").model_copy(update={"t_s": float("nan")}))
     assert list(read_log(path).events) == [start]
 
 
 def test_a_stray_byte_in_a_note_does_not_cost_the_event(tmp_path: Path) -> None:
     path = tmp_path / "log.jsonl"
-    write_log(path, [*SessionScript().events, Note(t_s=1.0, utc="", text="caf\udce9")])
+    write_log(path, [*SessionScript().events, Note(t_s=1.0, utc=UTC_TEXT, text="caf\udce9")])
     event = read_log(path).events[-1]
     assert isinstance(event, Note)
     assert event.text == "caf?"
@@ -236,7 +240,7 @@ def test_a_disk_that_is_really_full(tmp_path: Path) -> None:
 
 def _append_until_refused(log: EventLog, acknowledged: list[Event]) -> None:
     for number in range(1000):
-        event = Note(t_s=float(number), utc="", text="x" * 777)
+        event = Note(t_s=float(number), utc=UTC_TEXT, text="x" * 777)
         log.append(event)
         acknowledged.append(event)
 
@@ -249,7 +253,7 @@ from autd_trials.session.events import Note
 log = EventLog.reopen(Path(sys.argv[1]))
 first = int(sys.argv[2])
 for number in range(first, first + 1_000_000):
-    log.append(Note(t_s=float(number), utc="", text="x" * (number % 300)))
+    log.append(Note(t_s=float(number), utc="2026-11-22T10:00:00+00:00", text="x" * (number % 300)))
     print(number, flush=True)
 """
 
@@ -267,7 +271,7 @@ def test_a_writer_that_is_killed_loses_no_acknowledged_line(tmp_path: Path) -> N
         assert numbers >= set(map(float, range(1000 * kill, acknowledged + 1)))
     assert len(read_log(path).damaged) <= KILLS
     with EventLog.reopen(path) as log:
-        log.append(SessionEnd(t_s=1e6, utc="", status="aborted", why="killed"))
+        log.append(SessionEnd(t_s=1e6, utc=UTC_TEXT, status="aborted", why="killed"))
     assert isinstance(read_log(path).events[-1], SessionEnd)
 
 

@@ -104,9 +104,9 @@ def test_without_ids_the_only_interrupted_session_is_found(study: Path) -> None:
     SessionScript(participant="02").trial(1).save(study)
     found = find_session(study)
     assert found.paths.participant == "02"
-    assert found.progress.complete == {1}
+    assert found.standing.complete == {1}
     assert find_session(study, "02", "01") == found
-    assert find_session(study, "01", "01").progress.finished
+    assert find_session(study, "01", "01").standing.finished
 
 
 def test_several_interrupted_sessions_have_to_be_named(study: Path) -> None:

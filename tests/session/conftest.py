@@ -1,6 +1,6 @@
 """A session on the array driver in virtual time, with a scripted responder and a log in memory."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
@@ -27,11 +27,11 @@ from autd_trials.protocol.schema import (
 )
 from autd_trials.responses.responder import Presentation, Press, ResponderInfo
 from autd_trials.session.devices import Devices
-from autd_trials.session.events import Event
+from autd_trials.session.events import ConfirmedBy, Event
 from autd_trials.session.interrupts import Interrupts
-from autd_trials.session.operator import ConfirmedBy, Decision
+from autd_trials.session.operator import Decision
 from autd_trials.session.recorder import Listener, Recorder
-from autd_trials.session.runner import SessionRunner, Standing
+from autd_trials.session.runner import Done, SessionRunner, confirm_beginning
 from autd_trials.stimulus import Limits
 
 WINDOW_S = 2.5
@@ -44,13 +44,16 @@ class MemoryLog:
 
     events: list[Event] = field(default_factory=list)
     full_after: int | None = None
+    waits: int = 0
     on_append: Callable[[Event], None] = lambda _event: None
 
-    def append(self, event: Event) -> None:
-        if self.full_after is not None and len(self.events) >= self.full_after:
-            raise DeviceError("no space left", where="disk", do="free some")
-        self.events.append(event)
-        self.on_append(event)
+    def append_all(self, events: Iterable[Event]) -> None:
+        self.waits += 1
+        for event in events:
+            if self.full_after is not None and len(self.events) >= self.full_after:
+                raise DeviceError("no space left", where="disk", do="free some")
+            self.events.append(event)
+            self.on_append(event)
 
 
 @dataclass
@@ -93,10 +96,6 @@ class ScriptedOperator:
     notes: tuple[str, ...] = ()
     confirmed_by: ConfirmedBy = "person"
     asked: list[str] = field(default_factory=list)
-    on_poll: Callable[[], None] = lambda: None
-
-    def poll(self) -> None:
-        self.on_poll()
 
     def read_out(self, instructions: str) -> None:
         self.asked.append(instructions)
@@ -128,13 +127,15 @@ class Stage:
     log: MemoryLog
     listeners: list[Listener] = field(default_factory=list)
 
-    def run(self, standing: Standing | None = None) -> list[Event]:
+    def run(self, done: Done | None = None) -> list[Event]:
         units = [UnitPose("unit 1", np.eye(3), np.zeros(3))]
         limits = Limits(largest_drive=1, longest_burst_s=2, largest_duty=1, session_exposure_s=1000)
         array = PhasedArray(units, self.backend, limits, self.clock, speed_of_sound_m_s=343.0)
         devices = Devices(array, self.masker, self.responder)
         devices.open()
+        self.interrupts.on_abort = array.halt
         try:
+            confirm_beginning(self.operator, self.protocol, self.plan, (done or Done()).complete)
             SessionRunner(
                 self.protocol,
                 self.plan,
@@ -143,7 +144,7 @@ class Stage:
                 clock=self.clock,
                 interrupts=self.interrupts,
                 recorder=Recorder(self.log, self.clock, listeners=self.listeners),
-                standing=standing,
+                done=done,
             ).run()
         finally:
             devices.close()

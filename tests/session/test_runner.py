@@ -14,7 +14,7 @@ from autd_trials.session.events import (
     StimulusStart,
     TrialEnd,
 )
-from autd_trials.session.runner import Standing
+from autd_trials.session.runner import Done
 from tests.session.conftest import PAUSE_S, WINDOW_S, Stage
 
 
@@ -200,7 +200,7 @@ def test_a_full_disk_silences_the_array_and_stops(stage: Stage) -> None:
 
 
 def test_a_resumed_session_runs_only_what_is_left(stage: Stage) -> None:
-    events = stage.run(Standing(complete=frozenset({1, 2, 3, 4}), attempts={5: 1}))
+    events = stage.run(Done(complete=frozenset({1, 2, 3, 4}), attempts={5: 1}))
     assert _complete(events) == [5, 6]
     assert [event.attempt for event in events if isinstance(event, TrialEnd)] == [2, 1]
     assert stage.operator.asked[1:] == ["block 2"]

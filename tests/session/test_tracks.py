@@ -5,7 +5,7 @@ from autd_trials.protocol.method import Range, Staircase
 from autd_trials.protocol.plan import make_plan
 from autd_trials.protocol.schema import Factor, Factors
 from autd_trials.session.events import StimulusStart, TrialStart
-from autd_trials.session.runner import Standing
+from autd_trials.session.runner import Done
 from autd_trials.session.tracks import Tracks, possible_stimuli
 from tests.session.conftest import Stage
 
@@ -70,7 +70,7 @@ def test_a_resumed_session_goes_on_from_the_recorded_levels(stage: Stage) -> Non
     assert resumed.at_its_level(first[5]) == tracks.at_its_level(first[5])
 
     done = frozenset(t.trial for t in plan.trials if t.trial < first[5].trial)
-    stage.run(Standing(complete=done, answers=answers))
+    stage.run(Done(complete=done, answers=answers))
     event = next(e for e in stage.log.events if isinstance(e, StimulusStart))
     assert event.trial == first[5].trial
     assert event.drive == tracks.at_its_level(first[5]).stimulus.drive
