@@ -11,7 +11,7 @@ from autd_trials.clock import VirtualClock
 from autd_trials.errors import DeviceError, StoppedByPerson
 from autd_trials.responses.responder import Press
 from autd_trials.session.events import Fault, ResponseMade, TrialEnd
-from autd_trials.session.presses import IN_S, MOST_PRESSES, PressBook, TrialWindow
+from autd_trials.session.presses import IN_S, MOST_INPUTS, PressBook, TrialWindow
 from autd_trials.session.recorder import Recorder
 from autd_trials.testing.stage import MemoryLog, Stage
 
@@ -31,7 +31,7 @@ def test_a_batch_of_presses_waits_for_the_disk_once(stage: Stage) -> None:
     assert book.response_time_s == 0.0
 
 
-@given(batches=st.lists(st.integers(0, 200), max_size=12), presses_per_s=st.floats(0.1, MOST_PRESSES - 1))
+@given(batches=st.lists(st.integers(0, 200), max_size=12), presses_per_s=st.floats(0.1, MOST_INPUTS - 1))
 def test_no_press_that_a_person_could_make_is_lost(batches: list[int], presses_per_s: float) -> None:
     """Up to the largest rate all are recorded, however they are batched."""
     times_s = iter([number / presses_per_s for number in range(sum(batches))])
@@ -46,22 +46,22 @@ def test_no_press_that_a_person_could_make_is_lost(batches: list[int], presses_p
 
 def test_a_flood_is_a_fault_that_counts_what_it_left_out(stage: Stage) -> None:
     book = PressBook(Recorder(stage.log, stage.clock))
-    with pytest.raises(DeviceError, match=f"{4000 - MOST_PRESSES} of them were not recorded") as caught:
+    with pytest.raises(DeviceError, match=f"{4000 - MOST_INPUTS} of them were not recorded") as caught:
         book.take([Press(number / 4000, "a") for number in range(4000)])
     assert caught.value.where == "responder"
-    assert len(recorded(stage.log)) == MOST_PRESSES
+    assert len(recorded(stage.log)) == MOST_INPUTS
     book.take([Press(10.0, "a")])
-    assert len(recorded(stage.log)) == MOST_PRESSES + 1
+    assert len(recorded(stage.log)) == MOST_INPUTS + 1
 
 
 def test_the_rate_counts_over_batches(stage: Stage) -> None:
     book = PressBook(Recorder(stage.log, stage.clock))
-    step_s = 0.9 * IN_S / MOST_PRESSES
-    for number in range(MOST_PRESSES):
+    step_s = 0.9 * IN_S / MOST_INPUTS
+    for number in range(MOST_INPUTS):
         book.take([Press(number * step_s, "a")])
-    with pytest.raises(DeviceError, match="more than 50 presses in 1 s; 1 of them"):
-        book.take([Press(MOST_PRESSES * step_s, "a")])
-    assert len(recorded(stage.log)) == MOST_PRESSES
+    with pytest.raises(DeviceError, match="more than 50 inputs in 1 s; 1 of them"):
+        book.take([Press(MOST_INPUTS * step_s, "a")])
+    assert len(recorded(stage.log)) == MOST_INPUTS
 
 
 def test_a_flood_pauses_the_session_and_the_trial_runs_again(stage: Stage) -> None:
