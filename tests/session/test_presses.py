@@ -12,7 +12,7 @@ from autd_trials.responses.responder import Input, Press, Unreadable
 from autd_trials.session.events import Fault, ResponseMade
 from autd_trials.session.presses import MOST_INPUTS, PressBook, TrialWindow
 from autd_trials.session.recorder import Recorder
-from tests.session.conftest import MemoryLog
+from autd_trials.testing.stage import MemoryLog
 
 ONSET_S, END_S = 10.0, 12.5
 
