@@ -64,7 +64,7 @@ class Written:
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Written:
-    writer = StudyWriter(tmp_path_factory.mktemp("study") / "chest")
+    writer = StudyWriter(tmp_path_factory.mktemp("study") / "chest", chest_protocol())
     for number, counts in enumerate(CHEST_COUNTS, start=1):
         writer.add(f"{number:02}", chest_answer(counts))
     folder = writer.folder / "derivatives" / "analysis"
@@ -227,7 +227,7 @@ def test_only_catch_trials_answered_can_be_written(writer: StudyWriter, tmp_path
 
 
 def test_warnings_reach_words_json_and_readme(writer: StudyWriter, tmp_path: Path) -> None:
-    writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=25, status="aborted")
+    writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=25)
     writer.add("02", chest_answer(CHEST_COUNTS[1]))
     results = analyse(writer.folder)
     write_results(results, tmp_path)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from autd_trials.errors import DeviceError
 from autd_trials.records.chain import Head, Line, split_lines
 from autd_trials.records.log import EventLog, is_being_written, read_log
-from tests.records.conftest import SessionScript
+from autd_trials.testing.script import SessionScript
 
 
 def remove(path: Path) -> None:

@@ -141,7 +141,7 @@ def test_a_drive_of_zero_is_no_stimulus() -> None:
 
 
 def test_people_without_trials_in_a_condition_are_left_out_of_it(writer: StudyWriter) -> None:
-    writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=30, status="aborted")
+    writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=30)
     writer.add("02", chest_answer(CHEST_COUNTS[1]))
     (found,) = analyse(writer.folder).psychometric
     lost = next(each for each in found.participants if each.curve.notes == ("no trials",))

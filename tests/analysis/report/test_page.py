@@ -73,14 +73,13 @@ def with_catch_trials(answer: Answer) -> Answer:
 @pytest.fixture(scope="module")
 def chest_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
     """The report of the chest study of `CHEST_COUNTS`, with a lost session."""
-    writer = StudyWriter(tmp_path_factory.mktemp("study") / "chest")
+    writer = StudyWriter(tmp_path_factory.mktemp("study") / "chest", chest_protocol())
     writer.protocol = chest_protocol(catch_trials=5)
     for number, counts in enumerate(CHEST_COUNTS, start=1):
         writer.add(
             f"{number:02}",
             with_catch_trials(chest_answer(counts)),
             trials=40 if number == 8 else None,
-            status="aborted" if number == 8 else "success",
         )
     return written(analyse(writer.folder), writer.folder / "derivatives" / "analysis")
 
