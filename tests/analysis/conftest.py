@@ -76,7 +76,7 @@ def chest_answer(counts: Sequence[int]) -> Answer:
 
 @pytest.fixture(scope="session")
 def recorded_chest(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a study of eight participants with `CHEST_COUNTS`, recorded once: only to be copied."""
+    """Return the folder of a study of eight participants with `CHEST_COUNTS`, recorded once, to be copied."""
     writer = StudyWriter(tmp_path_factory.mktemp("recorded") / "chest", chest_protocol())
     for number, counts in enumerate(CHEST_COUNTS, start=1):
         writer.add(f"{number:02}", chest_answer(counts))
