@@ -10,8 +10,23 @@ from analysis.design import Design, conditions, describe_condition
 from analysis.sessions import LoggedSession
 from analysis.trial_table import TABLE_SUFFIX, TrialRow
 from autd_trials.protocol.schema import Level
+from autd_trials.records.problem import Problem, in_short, unexplained
+from autd_trials.records.protocol_hash import protocol_sha256
 
 Rows = Mapping[Path, Sequence[TrialRow]]
+
+
+def record_warnings(problems: Sequence[Problem]) -> tuple[str, ...]:
+    """Return what is wrong with a study's records, loudly: nothing that is computed from them can be trusted."""
+    found = in_short(problems)
+    if not found:
+        return ()
+    count = len(unexplained(problems))
+    return (
+        f"THE RECORDS ARE NOT AS THEY WERE WRITTEN ({count} finding(s)): do not trust these results before that "
+        "is explained (autd-trials study verify)",
+        *found,
+    )
 
 
 def session_warnings(
@@ -94,7 +109,7 @@ def _mixed_origins(sessions: Sequence[LoggedSession]) -> Iterator[str]:
 
 
 def _versions(sessions: Sequence[LoggedSession]) -> Iterator[str]:
-    versions = len({session.start.protocol_sha256 for session in sessions})
+    versions = len({protocol_sha256(session.start.protocol.model_dump(mode="json")) for session in sessions})
     if versions > 1:
         yield (
             f"the sessions were recorded with {versions} versions of the protocol; their trials are pooled, "

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.checks import session_warnings, trial_warnings
+from analysis.checks import record_warnings, session_warnings, trial_warnings
 from analysis.design import Design, study_design
 from analysis.sessions import LoggedSession, read_sessions
 from analysis.trial_table import TABLE_SUFFIX, TrialRow, TrialTiming, read_trial_table
 from autd_trials.errors import UsageError
+from autd_trials.records.problem import Problem
+from autd_trials.records.verify import verify_study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,6 +43,8 @@ class Trials:
         The sessions as their raw logs have them; none for a table of whoever recorded it.
     ordered
         Whether it is known in which order trials came.
+    problems
+        What is wrong with the study's records; what the records do not explain is among the warnings too.
     command
         What makes these results again, the folder or file by its bare name.
     """
@@ -53,6 +57,7 @@ class Trials:
     logged: tuple[LoggedSession, ...] = ()
     ordered: bool = True
     command: str = ""
+    problems: tuple[Problem, ...] = ()
 
     @property
     def participants(self) -> tuple[str, ...]:
@@ -87,6 +92,7 @@ def read_trials(study: Path) -> Trials:
     """
     tables = _find_tables(study)
     sessions, never_begun = _find_sessions(study)
+    problems = tuple(verify_study(study))
     design = study_design(sessions)
     chosen = design.method.varies if design.method else None
     rows = {table: read_trial_table(table, design.factors, chosen) for table in tables}
@@ -99,11 +105,13 @@ def read_trials(study: Path) -> Trials:
         table=data_frame((row for its_rows in rows.values() for row in its_rows), design),
         simulated=any(session.start.simulated for session in sessions),
         warnings=(
+            *record_warnings(problems),
             *session_warnings(sessions, never_begun, tables),
             *trial_warnings(sessions, rows, design),
         ),
         inputs=(*tables, *(session.log for session in sessions)),
         logged=sessions,
+        problems=problems,
         command=shlex.join(["autd-trials", "analyse", study.resolve().name]),
     )
 

@@ -34,6 +34,12 @@ SMALLEST_DRIVE = 1 / DRIVE_STEPS
 
 DUTY_WINDOW_S = 60.0
 
+PUBLIC_LEVEL_DB = 100.0
+"""Largest level at an ear at 40 kHz in dB SPL for the public: INIRC/IRPA 1984, AGNIR 2010; decision 0046."""
+
+LARGEST_LEVEL_DB = 110.0
+"""The same for workers (INIRC/IRPA 1984), and for up to 4 h (Howard, Hansen and Zander 2004)."""
+
 DAILY_EXPOSURE_S = 360.0
 """Largest exposure of one participant in 24 h where neither rig nor protocol says: see decision 0039."""
 

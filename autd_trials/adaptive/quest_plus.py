@@ -135,7 +135,8 @@ class QuestPlusRule:
         return half_db
 
     def _posterior(self, answers: Sequence[Answer]) -> "Array":
-        places = [(self._method.levels.index(answer.level), answer.felt) for answer in answers]
+        levels = self._method.levels
+        places = [(levels.index(answer.level), answer.felt) for answer in answers]
         return self._rule.posterior(places)
 
 

@@ -35,8 +35,12 @@ _HALT_S = 1.3  # what is being sent meanwhile is waited for
 class _Opened:
     client: ArrayClient
     loop: BackgroundLoop
-    where: str
+    link: HeldLink
     release: contextlib.ExitStack
+
+    @property
+    def where(self) -> str:
+        return self.link.description
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,7 @@ class Autd3Backend:
             _refuse_other_firmware(firmware, emulated=link.emulated, where=link.description)
             _call(loop, client.send(commands_to_open()), link.description)
             self._halted.refuse()  # set while it was being opened
-            self._opened = _Opened(client, loop, link.description, stack.pop_all())
+            self._opened = _Opened(client, loop, link, stack.pop_all())
         return ArrayInfo(
             driver="autd3",
             link=link.description,
@@ -101,6 +105,7 @@ class Autd3Backend:
 
     def start(self, device_ns: int) -> None:
         """Have all devices start the burst at a device time on the grid; StartRefusedError if too close."""
+        self._require_open().link.refuse_lost_hold()
         self._call(self._client.send([command_to_start(device_ns)]))
 
     def time_pair(self) -> TimePair:

@@ -104,10 +104,10 @@ class ArrayClient:
 
     async def silence(self) -> DeviceStates:
         """Cancel a pending start, end a playing burst, drop the pattern; return the states after it."""
-        try:
-            await self._client.send(command_to_silence())
-        finally:
-            await self._client.silent_stop()
+        sent = self._client.send(command_to_silence()), self._client.silent_stop()
+        for result in await asyncio.gather(*sent, return_exceptions=True):
+            if isinstance(result, BaseException):
+                raise result
         return await self._states_until(lambda states: states.silent)
 
     async def silence_for_good(self) -> DeviceStates:
@@ -116,11 +116,12 @@ class ArrayClient:
         The SDK sends commands that were given to it together in any order. So what was being sent may arrive
         after the first command to silence; once it has all been answered, a second one ends it.
         """
-        with contextlib.suppress(Autd3Error):  # it is sent again
-            await self._client.send(command_to_silence())
-        deadline_s = self._clock.now_s() + _SENT_S
-        while self._sending and self._clock.now_s() < deadline_s:
-            await asyncio.sleep(_SENT_POLL_S)
+        if self._sending:
+            with contextlib.suppress(Autd3Error):  # it is sent again
+                await self._client.send(command_to_silence())
+            deadline_s = self._clock.now_s() + _SENT_S
+            while self._sending and self._clock.now_s() < deadline_s:
+                await asyncio.sleep(_SENT_POLL_S)
         return await self.silence()
 
     async def close(self) -> None:

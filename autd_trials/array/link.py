@@ -54,9 +54,21 @@ class HeldLink:
             else:
                 self.address = link.address or stack.enter_context(Emulator(devices)).address
                 self.description = f"firmware emulator {self.address}"
+            self._hold: HeldFile | None = None
             if isinstance(link, NetworkLink) or link.address:  # an emulator of our own nobody else knows
-                stack.callback(_hold(self.address, self.description).release)
+                self._hold = _hold(self.address, self.description)
+                stack.callback(self._hold.release)
             self._release = stack.pop_all()
+
+    def refuse_lost_hold(self) -> None:
+        """Raise DeviceError if the lock file was removed or replaced, as another runner may hold it then."""
+        if self._hold is not None and not self._hold.intact:
+            raise DeviceError(
+                "the array's lock file was removed or replaced, so another runner may be using the array",
+                where=self.description,
+                do="see that no other runner uses this array, then go on; let no program tidy up "
+                f"{tempfile.gettempdir()}",
+            )
 
     def release(self) -> None:
         """Let the devices go; ends an emulator of our own."""

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from autd_trials.commands.integrity import say_of_records
 from autd_trials.commands.output import print_json, print_text, say
 from autd_trials.errors import UsageError
 
@@ -99,6 +100,7 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
         )
     results = analyse(options.study, pooled=options.pooled)
     say(f"data set: {options.study}")
+    say_of_records(options.study, results.trials.problems)
     return results, options.out or analysis_folder(options.study)
 
 

@@ -9,6 +9,7 @@ from autd_trials.commands.output import print_json, print_text, say
 if TYPE_CHECKING:
     from autd_trials.commands.study import Study
     from autd_trials.protocol.plan import Plan
+    from autd_trials.rig.probe import Finding
     from autd_trials.session.preflight import Preflight
 
 
@@ -16,11 +17,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("protocol", metavar="PROTOCOL", help="path, or the bare name of a shipped protocol")
     parser.add_argument("--rig", metavar="FILE", default="emulated", help="rig file, or bare name (emulated)")
+    parser.add_argument(
+        "--devices", action="store_true", help="open every device that the rig names, and close it again"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
 def execute(options: argparse.Namespace) -> int:
-    """Validate, plan a first session, and judge it as the runner will; nothing is started."""
+    """Validate, plan a first session, and judge it as the runner will; nothing is emitted."""
     from autd_trials.commands.study import load_study
     from autd_trials.protocol.plan import make_plan
 
@@ -28,13 +32,27 @@ def execute(options: argparse.Namespace) -> int:
     plan = make_plan(study.protocol, place=1, session=1, seed=1)
     judged, ear_level_db = _judge(study, plan)
     facts = _facts(study, plan, judged, ear_level_db)
+    findings = _probe(study) if options.devices else []
     if options.json:
-        print_json(facts)
+        devices = {found.device: {"ok": found.failure is None, "found": found.found} for found in findings}
+        print_json({**facts, "devices": devices} if options.devices else facts)
     else:
-        print_text("\n".join(f"{name:<24}{value}" for name, value in facts.items()))
+        lines = {**facts, **{f"device: {found.device}": found.found for found in findings}}
+        print_text("\n".join(f"{name:<25} {value}" for name, value in lines.items()))
     for remark in (*judged.remarks, *_ear_remarks(ear_level_db)):
         say(f"warning: {remark}")
-    return 0
+    failures = [found.failure for found in findings if found.failure is not None]
+    for failure in failures:
+        say(f"error: {failure}")
+    return max((failure.exit_code for failure in failures), default=0)
+
+
+def _probe(study: "Study") -> "list[Finding]":
+    from autd_trials.clock import RealClock
+    from autd_trials.rig.build import Builder
+    from autd_trials.rig.probe import probe
+
+    return probe(Builder(study.loaded_rig, study.protocol, RealClock(), virtual=False))
 
 
 def _judge(study: "Study", plan: "Plan") -> "tuple[Preflight, float | None]":
@@ -59,14 +77,14 @@ def _judge(study: "Study", plan: "Plan") -> "tuple[Preflight, float | None]":
 
 
 def _ear_remarks(ear_level_db: float | None) -> tuple[str, ...]:
-    from autd_trials.array.ears import WARNING_LEVEL_DB
+    from autd_trials.stimulus import PUBLIC_LEVEL_DB
 
     if ear_level_db is None:
         return ("the level at the ears is not predicted: the protocol does not say where the head is",)
-    if ear_level_db > WARNING_LEVEL_DB:
+    if ear_level_db > PUBLIC_LEVEL_DB:
         return (
-            f"{ear_level_db:.0f} dB SPL are predicted at the ears (free field, linear theory); over "
-            f"{WARNING_LEVEL_DB:.0f} dB nobody should be exposed without hearing protection",
+            f"{ear_level_db:.0f} dB SPL are predicted at the ears (free field, linear theory), "
+            f"over the {PUBLIC_LEVEL_DB:.0f} dB for the public",
         )
     return ()
 

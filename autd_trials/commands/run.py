@@ -22,6 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("protocol", metavar="PROTOCOL", help="path, or the bare name of a shipped protocol")
     parser.add_argument("--participant", metavar="ID", help="letters and digits (default: the next free one)")
     parser.add_argument("--session", metavar="ID", help="letters and digits (default: the next free number)")
+    parser.add_argument(
+        "--place",
+        type=_positive,
+        metavar="N",
+        help="the participant's place in the roster, as of somebody who dropped out (default: the next)",
+    )
     parser.add_argument("--rig", metavar="FILE", default="emulated", help="rig file, or bare name (emulated)")
     parser.add_argument(
         "--simulate", type=_positive, metavar="N", help="run N simulated participants in virtual time"
@@ -64,7 +70,8 @@ def execute(options: argparse.Namespace) -> int:
 def _sessions(study: "Study", options: argparse.Namespace) -> Iterator["Started"]:
     from autd_trials.commands.bench import Choices
     from autd_trials.commands.session import begin, resume
-    from autd_trials.records.sessions import find_session, next_participant
+    from autd_trials.records.roster import next_participant
+    from autd_trials.records.sessions import find_session
 
     choices = Choices(
         simulated=options.simulate is not None,
@@ -80,7 +87,7 @@ def _sessions(study: "Study", options: argparse.Namespace) -> Iterator["Started"
         yield resume(study, choices, find_session(study.folder, options.participant, options.session))
     else:
         participant = options.participant or next_participant(study.folder)
-        yield begin(study, choices, participant, options.session, seed)
+        yield begin(study, choices, participant, options.session, seed, options.place)
 
 
 def _name_unfinished(study: "Study") -> None:
@@ -108,7 +115,7 @@ def _simulated_sessions(
     for participant in _simulated_participants(options):
         found = newest.get(participant)
         if found is None:
-            yield begin(study, choices, participant, options.session, seed)
+            yield begin(study, choices, participant, options.session, seed, options.place)
         elif found.standing.status != "success":
             yield resume(study, choices, found)
 
@@ -142,6 +149,8 @@ def _refuse_contradictions(options: argparse.Namespace) -> None:
         )
     if options.simulate is not None and options.simulate > 1 and options.participant is not None:
         raise UsageError("--participant names one participant, --simulate asks for more", do="leave one out")
+    if options.place is not None and (options.resume or (options.simulate or 1) > 1):
+        raise UsageError("--place is for one new session", do="leave it out")
     if options.simulate is not None and not options.real_time and options.audio not in (None, "none"):
         raise UsageError("sound cannot be played in virtual time", do="add --real-time, or leave --audio out")
 

@@ -1,5 +1,6 @@
 """One session, begun or resumed: bench, log and runner wired together."""
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -53,7 +54,14 @@ class Started:
     log: Path
 
 
-def begin(study: Study, choices: Choices, participant: str, session: str | None, seed: int) -> Started:
+def begin(
+    study: Study,
+    choices: Choices,
+    participant: str,
+    session: str | None,
+    seed: int,
+    place: int | None = None,
+) -> Started:
     """Run a new session from its first trial to its end.
 
     Nothing is recorded before everything was judged, all devices are there and the first block is confirmed.
@@ -63,10 +71,15 @@ def begin(study: Study, choices: Choices, participant: str, session: str | None,
     TrialsError
         The session could not begin, or ended before its last trial; what was recorded stays.
     """
-    new = new_session(study.folder, study.protocol.task, participant, session)
+    def planned(session: str | None) -> NewSession:
+        return new_session(
+            study.folder, study.protocol.task, participant, session, place=place, simulated=choices.simulated
+        )
+
+    new = planned(session)
     with participant_lock(study.folder, new.paths.participant):
-        while not _begin(study, choices, new, seed):
-            new = new_session(study.folder, study.protocol.task, participant, session)
+        while not _begin(study, choices, new, seed, planned):
+            new = planned(session)
             say(f"another session was begun meanwhile; this one is planned anew, for place {new.place}")
     return Started(participant, new.paths.session, new.paths.log)
 
@@ -84,7 +97,13 @@ def resume(study: Study, choices: Choices, found: StudySession) -> Started:
     return Started(found.paths.participant, found.paths.session, found.paths.log)
 
 
-def _begin(study: Study, choices: Choices, new: NewSession, seed: int) -> bool:
+def _begin(
+    study: Study,
+    choices: Choices,
+    new: NewSession,
+    seed: int,
+    planned: Callable[[str | None], NewSession],
+) -> bool:
     """Run a new session; return False, with nothing recorded, if its place was taken meanwhile."""
     plan = make_plan(study.protocol, place=new.place, session=new.number, seed=seed)
     now = datetime.now(UTC)
@@ -99,7 +118,7 @@ def _begin(study: Study, choices: Choices, new: NewSession, seed: int) -> bool:
         here.interrupts.obey()
         confirm_beginning(here.operator, study.protocol, plan, frozenset())
         with study_lock(study.folder):
-            if new_session(study.folder, new.paths.task, new.paths.participant, new.paths.session) != new:
+            if planned(new.paths.session) != new:
                 return False
             log = stack.enter_context(EventLog.create(new.paths.log))
             recorder = Recorder(log, here.clock, listeners=here.listeners)
@@ -224,7 +243,7 @@ def _deviations(study: Study, standing: Standing, devices: DeviceDescriptions) -
     changes = rig_changes(standing, rig.rig.model_dump(mode="json"), rig.calibration_sha256)
     protocol = (
         ("the protocol file was changed; the session goes on with the recorded one",)
-        if study.protocol_sha256 != standing.start.protocol_sha256
+        if study.protocol != standing.start.protocol
         else ()
     )
     return (*protocol, *changes, *device_changes(standing.devices, devices))

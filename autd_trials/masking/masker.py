@@ -6,14 +6,28 @@ from typing import Literal, Protocol
 from autd_trials.model import Model
 
 
+class Route(Model):
+    """Where sound goes: `volume_db` is that of stream and sink together, of the loudest channel."""
+
+    sink: str
+    description: str
+    port: str | None
+    volume_db: float
+    muted: bool
+
+
 class MaskerInfo(Model):
-    """What the log keeps of the masker: `level_dba` is None where the headphones' sensitivity is unknown."""
+    """What the log keeps of the masker: `level_dba` is None where the headphones' sensitivity is unknown.
+
+    `route` is where the noise goes; None where nothing is played, or neither PulseAudio nor PipeWire tells.
+    """
 
     kind: str
     device: str
     level_dbfs: float
     level_dba: float | None
     sample_rate_hz: int
+    route: Route | None = None
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import IO, Any
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError, UnsafeError
 from autd_trials.masking.level import LARGEST_DBA
-from autd_trials.masking.masker import MaskerEvent, MaskerInfo
+from autd_trials.masking.masker import MaskerEvent, MaskerInfo, Route
 from autd_trials.masking.noise import check_level_dbfs, check_loop
 from autd_trials.masking.player_process import START_DEADLINE_S, PlayerSettings
 
@@ -76,12 +76,12 @@ class SoundMasker:
         self._lost = False
 
     def open(self) -> MaskerInfo:
-        """Start the process and let it open the device, still silent.
+        """Start the process and let it open the device and play silence.
 
         Raises
         ------
         DeviceError
-            No such device, one that refuses the noise, no PortAudio.
+            No such device, one that refuses the noise, one that is muted; no PortAudio.
         """
         self.close()
         self._player = _Player(self._settings, self._clock)
@@ -96,6 +96,7 @@ class SoundMasker:
             level_dbfs=self._settings.level_dbfs,
             level_dba=self._level_dba,
             sample_rate_hz=self._settings.sample_rate_hz,
+            route=ready["route"] and Route(**ready["route"]),
         )
 
     def start(self) -> None:

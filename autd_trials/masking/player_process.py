@@ -2,8 +2,8 @@
 
 It is told ``start`` on its standard input and plays until it is told ``close``, or its input is closed, or
 its parent is gone, so that sound never outlives the runner. It answers on its standard output, one JSON
-object a line: ``ready``, ``flowing``, ``alive``, ``underrun``, ``failed``. Times are `time.monotonic`, which
-all processes of a machine share.
+object a line: ``ready`` (with the route), ``flowing``, ``alive``, ``underrun``, ``failed``. Times are
+`time.monotonic`, which all processes of a machine share.
 """
 
 import contextlib
@@ -21,8 +21,10 @@ from typing import TYPE_CHECKING, Any
 
 from autd_trials.errors import DeviceError, TrialsError
 from autd_trials.masking.devices import OutputDevice, find_device, list_devices
+from autd_trials.masking.masker import Route
 from autd_trials.masking.noise import RAMP_S, pink_noise
 from autd_trials.masking.playback import Playback
+from autd_trials.masking.route import RouteWatch, silent
 
 if TYPE_CHECKING:
     import numpy as np
@@ -68,13 +70,25 @@ def main() -> None:
 
 def _play(settings: PlayerSettings, runner: "_Runner") -> None:
     output = _Output(settings)
-    runner.tell("ready", device=str(output.device))
+    output.start()
+    watch = RouteWatch()
+    _refuse_silent(watch.route, output.device)
+    runner.tell("ready", device=str(output.device), route=watch.route and watch.route.model_dump())
     if not runner.wait_for_start():
         return
-    output.start()
+    output.play()
     _wait_for_flow(output, runner)
-    _watch(output, runner)
+    _watch(output, watch, runner)
     output.ramp_out()
+
+
+def _refuse_silent(route: Route | None, device: OutputDevice) -> None:
+    if route is not None and silent(route):
+        raise DeviceError(
+            f"nothing would be heard: {route.description} ({route.sink}) or the program's sound is muted",
+            where=str(device),
+            do="turn it on in the system's sound settings, at the volume at which the level was measured",
+        )
 
 
 def _wait_for_flow(output: "_Output", runner: "_Runner") -> None:
@@ -90,14 +104,16 @@ def _wait_for_flow(output: "_Output", runner: "_Runner") -> None:
     runner.tell("flowing")
 
 
-def _watch(output: "_Output", runner: "_Runner") -> None:
-    """Report underruns until the runner ends it; a device that takes no more sound is an end, too."""
+def _watch(output: "_Output", watch: RouteWatch, runner: "_Runner") -> None:
+    """Report underruns until the runner ends it, the device takes no sound, or the sound goes elsewhere."""
     alive_s = time.monotonic()
     while not runner.gone:
         for time_s in output.new_underruns():
             runner.tell("underrun", time_s=time_s)
         if output.ended or output.idle_s > _STALL_S:
             raise DeviceError("the sound device takes no more sound", where=str(output.device))
+        if watch.problem is not None:
+            raise DeviceError(watch.problem, where=str(output.device))
         if time.monotonic() - alive_s > _ALIVE_EVERY_S:
             alive_s = time.monotonic()
             runner.tell("alive")
@@ -152,6 +168,7 @@ class _Output:
         self._playback = Playback(
             _loop(settings), lead_samples=round(_LEAD_S * rate_hz), ramp_samples=round(RAMP_S * rate_hz)
         )
+        self._playing = False
         self._underruns: deque[float] = deque()
         self._called_s = time.monotonic()
         self._played_out_s = self._called_s
@@ -175,6 +192,7 @@ class _Output:
             raise _refused(self.device, error) from error
 
     def start(self) -> None:
+        """Play silence: the stream exists from now on, so that the system tells where it goes."""
         import sounddevice
 
         self._called_s = time.monotonic()
@@ -183,9 +201,16 @@ class _Output:
         except sounddevice.PortAudioError as error:
             raise _refused(self.device, error) from error
 
+    def play(self) -> None:
+        """Play the noise from the next block on."""
+        self._playing = True
+
     def _fill(self, block: "NDArray[np.float32]", frames: int, at: Any, status: Any) -> None:
         waited_s = time.monotonic() - self._called_s
         self._called_s += waited_s
+        if not self._playing:
+            block[:] = 0
+            return
         # Some hosts do not say that they ran dry; one that asks later than what it held could last, did.
         held_s = self._stream.latency + frames / self._stream.samplerate
         if status.output_underflow or (waited_s > held_s and self._playback.frames > 0):

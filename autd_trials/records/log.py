@@ -5,7 +5,6 @@ import json
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self, cast
@@ -316,11 +315,16 @@ def _parse_start(path: Path, event: bytes) -> SessionStart:
 
 
 def _parse(event: bytes) -> Event | None:
-    for text in (event, _without_envelope(event)):
-        with contextlib.suppress(ValidationError):
-            parsed = _EVENT.validate_json(text)
-            return parsed if _is_time(parsed.utc) else None
-    return None
+    """Return the event that a line holds; None if it holds none."""
+    parsed = _event(event)
+    return parsed if parsed is not None else _event(_without_envelope(event))
+
+
+def _event(text: bytes) -> Event | None:
+    try:
+        return _EVENT.validate_json(text)
+    except ValidationError:
+        return None
 
 
 def _without_envelope(line: bytes) -> bytes:
@@ -343,17 +347,6 @@ def _belongs(event: Event, planned: set[int]) -> bool:
     if isinstance(event, TrialStart | StimulusStart | ResponseMade | TrialEnd):
         return event.trial in planned and event.attempt is not None and event.attempt >= 1
     return True
-
-
-def _is_time(text: str) -> bool:
-    """Return whether a text is a time with its offset from UTC that arithmetic cannot carry out of the calendar."""
-    try:
-        time = datetime.fromisoformat(text)
-    except ValueError:
-        return False
-    if time.tzinfo is None:
-        return False
-    return datetime(1970, 1, 1, tzinfo=UTC) <= time < datetime(9999, 1, 1, tzinfo=UTC)
 
 
 def _encode(event: Event) -> bytes:

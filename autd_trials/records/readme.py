@@ -7,6 +7,7 @@ from typing import Any
 from autd_trials.protocol.schema import Protocol
 from autd_trials.records.dataset import by_time, simulated
 from autd_trials.records.problem import Problem, in_short, unexplained
+from autd_trials.records.protocol_hash import protocol_sha256
 from autd_trials.records.sessions import StudySession
 from autd_trials.records.sessions_table import SESSION_COLUMNS, emulated
 from autd_trials.records.table import Column
@@ -109,7 +110,7 @@ def _protocols(sessions: Iterable[StudySession]) -> list[Protocol]:
 
 
 def _protocol_lines(newest: Protocol, sessions: Sequence[StudySession]) -> str:
-    hashes = {session.log.start.protocol_sha256 for session in sessions}
+    hashes = {protocol_sha256(session.log.start.protocol.model_dump(mode="json")) for session in sessions}
     changed = (
         f"\n\nThe protocol was changed during the study: its sessions used {len(hashes)} versions. What is "
         "said here and in the sidecars is from the newest; each log has its own."

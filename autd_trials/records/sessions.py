@@ -1,17 +1,22 @@
 """The sessions of a study: listing and finding them, and a place and a number for the next one."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from autd_trials.errors import DeviceError, UsageError
-from autd_trials.host import FileHeldError, HeldFile
+from autd_trials.host import FileHeldError, HeldFile, NoLocksError
 from autd_trials.records.ids import refuse_look_alikes
 from autd_trials.records.layout import SessionPaths, log_paths, source_folder
-from autd_trials.records.log import EventLog, LogContents, has_begun, read_log, read_start
+from autd_trials.records.log import EventLog, LogContents, has_begun, no_locks, read_log
+from autd_trials.records.roster import check_place, holder_of, next_session, number_of, place_of
 from autd_trials.session.standing import Standing, standing
+
+
+_PATIENCE_S = 10.0
+"""For other runs to record the start of their sessions, which takes each a fraction of a second."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,7 @@ class NewSession:
     place
         The participant's place in the roster, from 1.
     number
-        The session's number: the one in its id, else how many sessions its participant then has.
+        The session's number in the order of its participant's sessions, from 1.
     """
 
     paths: SessionPaths
@@ -76,9 +81,7 @@ def find_session(study: Path, participant: str | None = None, session: str | Non
         for found in study_sessions(study)
         if participant in (None, found.paths.participant) and session in (None, found.paths.session)
     ]
-    wanted = (
-        named if session is not None else [found for found in named if found.standing.status != "success"]
-    )
+    wanted = named if session is not None else [found for found in named if _goes_on(found)]
     if len(wanted) == 1:
         return wanted[0]
     listing = "".join(f"\n  {_describe(found)}" for found in wanted or named)
@@ -95,10 +98,12 @@ def take_up(found: StudySession) -> EventLog:
     Raises
     ------
     UsageError
-        Another run is writing it, or went on with it since it was read.
+        Another run is writing it, or went on with it since it was read; or it had no trial yet and its place
+        was given to another participant meanwhile.
     DeviceError
         The disk refuses.
     """
+    _refuse_lost_place(found)
     log = EventLog.reopen(found.paths.log)
     if read_log(found.paths.log) == found.log:
         return log
@@ -112,10 +117,10 @@ def take_up(found: StudySession) -> EventLog:
 
 @contextmanager
 def study_lock(study: Path) -> Iterator[None]:
-    """Keep other runs from beginning a session of this study.
+    """Keep other runs from beginning a session of this study, waiting while another one does.
 
-    To be held from `new_session` until the session's start is in its log; only then does the log say which
-    place is taken.
+    To be held from `new_session` until the session's start is in its log, and no longer: only then does the
+    log say which place is taken.
 
     Raises
     ------
@@ -127,7 +132,9 @@ def study_lock(study: Path) -> Iterator[None]:
     path = source_folder(study) / ".lock"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        held = HeldFile(path)
+        held = HeldFile(path, patience_s=_PATIENCE_S)
+    except NoLocksError as error:
+        raise no_locks(path, error) from error
     except OSError as error:
         raise DeviceError(
             f"disk: nothing can be written: {error.strerror}",
@@ -142,17 +149,42 @@ def study_lock(study: Path) -> Iterator[None]:
         ) from error
     try:
         yield
+        if not held.intact:
+            raise DeviceError(
+                "disk: the study's lock was removed or replaced while a session was recorded",
+                where=str(path),
+                do="find out what did that: another run may have been given the same place",
+            )
     finally:
         held.release()
 
 
-def new_session(study: Path, task: str, participant: str, session: str | None = None) -> NewSession:
+def new_session(
+    study: Path,
+    task: str,
+    participant: str,
+    session: str | None = None,
+    *,
+    place: int | None = None,
+    simulated: bool = False,
+) -> NewSession:
     """Return where a new session's files go and the participant's place.
+
+    Parameters
+    ----------
+    study, task
+        The study's folder, and its BIDS task label.
+    participant, session
+        Ids; without one for the session, its participant's next number.
+    place
+        The place that was asked for: to fill that of somebody who dropped out.
+    simulated
+        Whether a program will answer.
 
     Raises
     ------
     UsageError
-        An id is not a BIDS label, differs only in case from another, or the session has been recorded.
+        An id is not a BIDS label or looks like another, the session has been recorded, or the place is taken.
     """
     paths = SessionPaths(study, participant, session or next_session(study, participant), task)
     refuse_look_alikes(study, participant, paths.session)
@@ -162,33 +194,13 @@ def new_session(study: Path, task: str, participant: str, session: str | None = 
             where=str(paths.log),
             do="choose another session id, or go on with this one with --resume",
         )
-    earlier = [path for path in log_paths(study) if path.parent.parent.name == f"sub-{participant}"]
-    number = int(paths.session) if paths.session.isdecimal() else len(earlier) + 1
-    return NewSession(paths, place_of(study, participant), number)
-
-
-def next_participant(study: Path) -> str:
-    """Return the first free participant number of a study, as in ``01``; numbers are not used twice."""
-    return _next_number(path.parent.parent.name for path in log_paths(study))
-
-
-def next_session(study: Path, participant: str) -> str:
-    """Return the first free session number of a participant, as in ``01``; numbers are not used twice."""
-    folder = f"sub-{participant}"
-    return _next_number(path.parent.name for path in log_paths(study) if path.parent.parent.name == folder)
-
-
-def place_of(study: Path, participant: str) -> int:
-    """Return a participant's place in the roster, from 1: the one they have, else the next that is free.
-
-    Raises
-    ------
-    UsageError
-        A log cannot be read; its participant's place might be given a second time.
-    """
-    starts = [read_start(path) for path in log_paths(study) if has_begun(path)]
-    places = {start.participant: start.plan.place for start in starts}
-    return places.get(participant, max(places.values(), default=0) + 1)
+    return NewSession(
+        paths,
+        place_of(study, participant, simulated=simulated)
+        if place is None
+        else check_place(study, participant, place, simulated=simulated),
+        number_of(study, participant, paths.session, simulated=simulated),
+    )
 
 
 def read_session(study: Path, path: Path) -> StudySession:
@@ -205,9 +217,21 @@ def read_session(study: Path, path: Path) -> StudySession:
     return StudySession(paths, log)
 
 
-def _next_number(folders: Iterable[str]) -> str:
-    labels = [folder.partition("-")[2] for folder in folders]
-    return f"{max((int(label) for label in labels if label.isdecimal()), default=0) + 1:02d}"
+def _goes_on(found: StudySession) -> bool:
+    """Return whether a session waits to be gone on with; one that was ended before its first trial does not."""
+    where = found.standing
+    return where.status == "interrupted" or (where.status != "success" and bool(where.attempts))
+
+
+def _refuse_lost_place(found: StudySession) -> None:
+    start = found.log.start
+    holder = holder_of(found.paths.study, start.plan.place, simulated=start.simulated)
+    if not found.standing.attempts and holder not in (None, start.participant):
+        raise UsageError(
+            f"the session had no trial yet, and its place {start.plan.place} was given to participant {holder}",
+            where=str(found.paths.log),
+            do="begin a new session for this participant, without --resume",
+        )
 
 
 def _describe(found: StudySession) -> str:

@@ -14,6 +14,7 @@ from autd_trials.records.log import LogContents, read_lines
 from autd_trials.records.problem import Problem
 from autd_trials.records.register import REGISTER, read_register
 from autd_trials.records.study_check import across_sessions
+from autd_trials.session.events import Resume, TrialEnd
 
 
 def verify_log(path: Path) -> list[Problem]:
@@ -104,9 +105,10 @@ def _chain(path: Path, lines: list[Line], contents: LogContents) -> Iterator[Pro
     head, any_sealed = Head(), False
     for number, line in enumerate(lines, start=1):
         if line.chain is None:
-            yield from _unsealed(
-                path, number, lines, head, damaged=number in damaged, old=old and not any_sealed
-            )
+            if number in damaged:
+                yield _damaged(contents, number, lines, head)
+            elif not old or any_sealed:
+                yield Problem(path, number, "not in the chain: this line was put in or changed")
         elif (line.number, line.chain) != (number, head.expected(line.text)):
             yield Problem(
                 path,
@@ -119,24 +121,30 @@ def _chain(path: Path, lines: list[Line], contents: LogContents) -> Iterator[Pro
         head = head.after(line)
 
 
-def _unsealed(
-    path: Path, number: int, lines: list[Line], head: Head, *, damaged: bool, old: bool
-) -> Iterator[Problem]:
-    """Yield what is to be said of a line without a chain of its own."""
-    if not damaged:
-        if not old:
-            yield Problem(path, number, "not in the chain: this line was put in or changed")
-        return
-    after = head.after(lines[number - 1])
-    following = lines[number] if number < len(lines) else None
-    if following is None:
-        yield Problem(path, number, "the last line is torn: a crash, or the end was cut off", explained=True)
-    elif following.chain is not None and following.chain == after.expected(following.text):
-        yield Problem(
-            path, number, "torn, as it was when the session was taken up again behind it", explained=True
-        )
+def _damaged(contents: LogContents, number: int, lines: list[Line], head: Head) -> Problem:
+    """Return what is to be said of a line that cannot be read and has no chain of its own."""
+    path = contents.path
+    if number == len(lines):
+        return Problem(path, number, "the last line is torn: a crash, or the end was cut off", explained=True)
+    following, after = lines[number], head.after(lines[number - 1])
+    if following.chain is None:
+        as_it_was = _taken_up_behind(contents, number)
     else:
-        yield Problem(path, number, "cannot be read: this line was damaged or put in")
+        as_it_was = following.chain == after.expected(following.text)
+    if as_it_was:
+        what = "torn, as it was when the session was taken up again behind it"
+        return Problem(path, number, what, explained=True)
+    return Problem(path, number, "cannot be read: this line was damaged or put in")
+
+
+def _taken_up_behind(contents: LogContents, number: int) -> bool:
+    """Return whether a log without a chain goes on behind a line as one that was taken up again does."""
+    behind = (
+        event
+        for line, event in zip(contents.lines, contents.events, strict=True)
+        if line > number and not isinstance(event, TrialEnd)
+    )
+    return isinstance(next(behind, None), Resume)
 
 
 def _protocol(first: Line) -> dict[str, Any] | None:

@@ -126,7 +126,7 @@ class Builder:
 
     def _ears(self, units: "list[UnitPose]") -> "EarWatch | None":
         """Return what watches over the level at the ears; a real array is not used without it."""
-        from autd_trials.array.ears import Ears, EarWatch
+        from autd_trials.array.ears import EarWatch, Head
 
         head = self.protocol.head
         if head is None and not self.rig.emulated:
@@ -135,14 +135,16 @@ class Builder:
                 "ears cannot be predicted",
                 do="give head: {x_mm: ..., y_mm: ..., z_mm: ...} in the protocol, as measured",
             )
-        if head is None:
+        heads = [
+            Head(other.who, (other.x_mm, other.y_mm, other.z_mm), other.hearing_protection_db)
+            for other in self.rig.other_heads
+        ]
+        if head is not None:
+            worn_db = self.rig.hearing_protection_db
+            heads.insert(0, Head("participant", (head.x_mm, head.y_mm, head.z_mm), worn_db))
+        if not heads:
             return None
-        ears = Ears(
-            (head.x_mm, head.y_mm, head.z_mm),
-            protection_db=self.rig.hearing_protection_db,
-            largest_level_db=self.rig.array.limits.largest_ear_level_db,
-        )
-        return EarWatch(units, ears, self.rig.air)
+        return EarWatch(units, heads, self.rig.air, largest_db=self.rig.array.limits.largest_ear_level_db)
 
     def masker(self, seed: int, *, simulated: bool) -> "Masker | None":
         """Return the masker; None where the protocol asks for none or --audio none declined it."""

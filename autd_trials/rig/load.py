@@ -6,6 +6,7 @@ from pathlib import Path
 
 from autd_trials.calibration.file import Calibration, load_calibration
 from autd_trials.errors import UnsafeError, UsageError
+from autd_trials.rig.rules import refuse_loud
 from autd_trials.rig.schema import Rig
 from autd_trials.yamlfile import load_model
 from autd_trials.yamlfile.shipped import find_file
@@ -37,7 +38,7 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
     UsageError
         A file is missing or wrong, or the calibration is older or worse than the rig allows.
     UnsafeError
-        The calibration is made up and the array is real.
+        The calibration is made up and the array is real, or the rig lets too much reach the ears.
     """
     path = find_file(name_or_path, kind="rig", folder="rigs")
     rig = load_model(path, Rig)
@@ -52,6 +53,7 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
     _refuse_made_up(calibration, rig, calibration_path)
     _refuse_old(calibration, rig, calibration_path, now)
     _refuse_little_energy(calibration, rig, calibration_path)
+    refuse_loud(rig, str(path))
     return LoadedRig(rig, calibration, sha256, _true_calibration(rig, path, calibration))
 
 

@@ -12,14 +12,24 @@ from pydantic import Field
 from autd_trials.acoustics.air import Air
 from autd_trials.model import Model
 from autd_trials.responses.box_protocols import BoxProtocol
-from autd_trials.stimulus import Limits
+from autd_trials.stimulus import PUBLIC_LEVEL_DB, Limits
 
 
 class LimitsSpec(Limits):
     """The rig's own limits; a protocol can only be stricter."""
 
     largest_ear_level_db: float = Field(
-        110.0, gt=0, le=180, description="Largest predicted sound pressure level at the ears in dB."
+        PUBLIC_LEVEL_DB,
+        gt=0,
+        le=180,
+        description="Largest predicted sound pressure level at anybody's ears in dB; over 100 only with a "
+        "reason, and on a real array never over 110.",
+    )
+    ear_level_reason: str | None = Field(
+        None,
+        min_length=1,
+        max_length=1000,
+        description="Why more than 100 dB, the public's limit, may reach the ears, and who approved it.",
     )
 
 
@@ -65,6 +75,18 @@ class CalibrationSpec(Model):
         gt=0,
         le=1,
         description="Refuse a calibration that predicts less energy at the target (5 % quantile).",
+    )
+
+
+class HeadSpec(Model):
+    """The head of somebody else in the room."""
+
+    who: str = Field(min_length=1, max_length=100, description="Whose head, such as experimenter.")
+    x_mm: float = Field(ge=-1e5, le=1e5, description="Middle between the ears, in the calibrated frame.")
+    y_mm: float = Field(ge=-1e5, le=1e5, description="See x_mm.")
+    z_mm: float = Field(ge=-1e5, le=1e5, description="See x_mm.")
+    hearing_protection_db: float = Field(
+        0.0, ge=0, le=60, description="Attenuation at 40 kHz of what they wear, as measured; 0 if unknown."
     )
 
 
@@ -125,7 +147,14 @@ class Rig(Model):
         0.0,
         ge=0,
         le=60,
-        description="Attenuation at 40 kHz of what is worn over the ears, as measured; 0 if unknown.",
+        description="Attenuation at 40 kHz of what the participant wears over the ears, as measured; 0 if "
+        "unknown.",
+    )
+    other_heads: tuple[HeadSpec, ...] = Field(
+        (),
+        max_length=20,
+        description="Whoever else is in the room, such as the experimenter; the participant's head is in the "
+        "protocol.",
     )
     responses: Annotated[KeyboardSpec | SerialSpec, Field(discriminator="device")]
 

@@ -5,9 +5,9 @@ number and its chained hash; logs of version 1 have neither, and lack the fields
 """
 
 from datetime import UTC, datetime
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, JsonValue
+from pydantic import AfterValidator, Field, JsonValue
 
 from autd_trials.array.driver import ArrayInfo
 from autd_trials.masking.masker import MaskerInfo
@@ -31,10 +31,6 @@ def _time(text: str) -> str:
     if not known:
         raise ValueError(f"{text!r} is not a time with its zone, from 1970 on")
     return text
-
-
-def _none_if_empty(value: Any) -> Any:
-    return None if value == {} else value  # version 1 had an empty object where nothing was known
 
 
 Utc = Annotated[str, AfterValidator(_time)]
@@ -64,6 +60,14 @@ class DeviceDescriptions(Model):
     array: ArrayInfo
     masker: MaskerInfo | None
     responder: ResponderInfo
+
+
+class _NothingKnown(Model):
+    """What version 1 had where nothing was known: an empty object."""
+
+
+def _none_if_nothing(devices: DeviceDescriptions | _NothingKnown | None) -> DeviceDescriptions | None:
+    return None if isinstance(devices, _NothingKnown) else devices
 
 
 class _Event(Model):
@@ -190,7 +194,9 @@ class Resume(_Event):
     event: Literal["resume"] = "resume"
     after_crash: bool
     confirmed_by: ConfirmedBy
-    devices: Annotated[DeviceDescriptions | None, BeforeValidator(_none_if_empty)] = None
+    devices: Annotated[
+        DeviceDescriptions | _NothingKnown | None, AfterValidator(_none_if_nothing)
+    ] = None
     versions: dict[str, str] = Field(default_factory=dict)
     rig: Json | None = None
     calibration: Json | None = None

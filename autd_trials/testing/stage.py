@@ -19,11 +19,18 @@ from autd_trials.session.devices import Devices
 from autd_trials.session.events import ConfirmedBy, DeviceDescriptions, Event
 from autd_trials.session.interrupts import Interrupts
 from autd_trials.session.operator import Decision
+from autd_trials.session.preflight import Used, preflight
 from autd_trials.session.recorder import Listener, Recorder
 from autd_trials.session.runner import Done, SessionRunner, confirm_beginning
 from autd_trials.stimulus import Limits
 from autd_trials.testing.responder import ScriptedResponder
 
+LIMITS = Limits(
+    largest_drive=1, longest_burst_s=2, largest_duty=1, session_exposure_s=1000, daily_exposure_s=1000
+)
+"""Limits that no small session comes near."""
+
+UNUSED = Used()
 Begin = Callable[[Recorder, DeviceDescriptions], object]
 """Records what comes before the first trial."""
 
@@ -123,6 +130,9 @@ class Stage:
         The experimenter, and whoever hears every event.
     log
         Where events are kept.
+    limits, used, earlier_bursts
+        The limits that hold, what was used of them before, and when bursts before began and ended (host time,
+        in s).
     """
 
     protocol: Protocol
@@ -135,6 +145,9 @@ class Stage:
     interrupts: Interrupts = field(default_factory=Interrupts)
     log: MemoryLog = field(default_factory=MemoryLog)
     listeners: list[Listener] = field(default_factory=list)
+    limits: Limits = LIMITS
+    used: Used = UNUSED
+    earlier_bursts: tuple[tuple[float, float], ...] = ()
 
     @property
     def script(self) -> ScriptedResponder:
@@ -154,16 +167,24 @@ class Stage:
         begin
             Records what comes before the first trial: a session's start, say.
         """
-        units = [UnitPose("unit 1", np.eye(3), np.zeros(3))]
-        limits = Limits(
-            largest_drive=1, longest_burst_s=2, largest_duty=1, session_exposure_s=1000, daily_exposure_s=1000
+        complete = (done or Done()).complete
+        array = PhasedArray(
+            [UnitPose("unit 1", np.eye(3), np.zeros(3))],
+            self.backend,
+            self.limits,
+            self.clock,
+            speed_of_sound_m_s=343.0,
+            exposure_used_s=self.used.session_s,
+            daily_used_s=self.used.today_s,
+            earlier_bursts=self.earlier_bursts,
         )
-        array = PhasedArray(units, self.backend, limits, self.clock, speed_of_sound_m_s=343.0)
         devices = Devices(array, self.masker, self.responder)
+        to_do = [trial for trial in self.plan.trials if trial.trial not in complete]
+        preflight(self.protocol, self.plan, array, self.limits, self.used, to_do)
         descriptions = devices.open()
         self.interrupts.on_abort = array.halt
         try:
-            confirm_beginning(self.operator, self.protocol, self.plan, (done or Done()).complete)
+            confirm_beginning(self.operator, self.protocol, self.plan, complete)
             recorder = Recorder(self.log, self.clock, listeners=self.listeners)
             begin(recorder, descriptions)
             SessionRunner(
@@ -187,6 +208,7 @@ class Stage:
 
 def make_stage(
     protocol: Protocol,
+    plan: Plan | None = None,
     *,
     place: int = 1,
     session: int = 1,
@@ -199,6 +221,8 @@ def make_stage(
     ----------
     protocol
         What is to be done; `autd_trials.testing.studies.make_protocol` makes a small one.
+    plan
+        Its plan, if it is not the one that `make_plan` makes.
     place, session
         As in `make_plan`.
     start
@@ -209,7 +233,7 @@ def make_stage(
     clock = VirtualClock(start)
     return Stage(
         protocol=protocol,
-        plan=make_plan(protocol, place=place, session=session, seed=1),
+        plan=plan or make_plan(protocol, place=place, session=session, seed=1),
         clock=clock,
         backend=VirtualBackend(clock),
         masker=EmulatedMasker(-30.0, clock),

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -147,6 +148,10 @@ def test_a_latched_failsafe_is_read_back(emulator: Emulator, units: list[UnitPos
         await asyncio.sleep(0.1)
         await client.send([command_to_silence()])
         after = await client.states()
+        for _ in range(100):  # reports lag
+            if not after.failsafe:
+                await asyncio.sleep(0.05)
+                after = await client.states()
         await client.close()
         return [before, after]
 
@@ -180,6 +185,31 @@ def test_a_second_runner_on_the_array_is_refused_by_the_firsts_pid(
     first.close()
     second.open()
     assert second.health().ok
+
+
+@pytest.mark.parametrize("replaced", [False, True])
+def test_no_burst_starts_once_the_lock_file_is_removed_or_replaced(
+    emulator: Emulator, make_array: MakeArray, make_stimulus: MakeStimulus, replaced: bool
+) -> None:
+    array = make_array(EmulatorLink(emulator.address))
+    array.open()
+    array.arm(make_stimulus(duration_s=0.05))
+    array.start(0.0)
+    array.finish()
+    name = "".join(part for part in emulator.address if part.isdigit())
+    (lock,) = Path(tempfile.gettempdir()).glob(f"autd-trials-array-1-{name[1:]}.lock")
+    lock.unlink()
+    if replaced:
+        lock.write_text("1")
+    array.arm(make_stimulus(duration_s=0.05))
+    with pytest.raises(DeviceError, match="lock file was removed or replaced"):
+        array.start(0.0)
+    assert array.health().ok
+    array.close()
+    array.open()
+    array.arm(make_stimulus(duration_s=0.05))
+    array.start(0.0)
+    array.finish()
 
 
 def test_a_runner_that_was_killed_does_not_block_the_next(

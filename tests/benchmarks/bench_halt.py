@@ -1,10 +1,11 @@
 """Measures stops on the firmware emulator, idle and with all cores busy: `halt`, and lost devices.
 
-Run ``python tests/benchmarks/bench_halt.py [HALTS]``; about 2 minutes for 50 halts of each. One thread runs bursts
-one after the other (half of the time it is sending, half of the time it waits for a burst to end), another
-halts the array at a random moment. The time runs from the call of `halt` until the devices have reported that
-they are silent, and contains that reading. For a loss, the emulator is killed while a burst of 8 s runs. Exit
-code 1 if a halt takes longer than 50 ms, or a loss on the idle computer goes unnoticed for 0.3 s.
+Run ``python tests/benchmarks/bench_halt.py [HALTS]``; about 2 minutes for 50 halts of each. One thread runs
+bursts one after the other (half of the time it is sending, half of the time it waits for a burst to end),
+another halts the array at a random moment. The time runs from the call of `halt` until the devices have
+reported that they are silent, and contains that reading. For a loss, the emulator is killed while a burst of
+8 s runs. Exit code 1 if a halt takes longer than 50 ms, or a loss on an idle computer goes unnoticed for
+0.3 s.
 """
 
 import os
@@ -14,7 +15,6 @@ import sys
 import threading
 import time
 from contextlib import suppress
-from dataclasses import replace
 
 from autd_trials.array.autd3_backend import Autd3Backend
 from autd_trials.array.emulator import Emulator
@@ -86,7 +86,7 @@ def lose_once(moment_s: float) -> float:
     with Emulator(18) as emulator:
         array, _ = new_array(EmulatorLink(emulator.address))
         try:
-            array.arm(replace(BURST, duration_s=8.0))
+            array.arm(BURST.model_copy(update={"duration_s": 8.0}))
             killed_s = array.start(clock.now_s()).onset_s + moment_s
             watch_until(array, killed_s)
             emulator.kill()

@@ -96,14 +96,14 @@ def test_check_warns_where_nothing_is_left_for_a_trial_that_is_run_again(
 
 
 def test_check_refuses_what_the_rig_forbids(run: Run, write_rig: WriteRig) -> None:
-    loud = write_rig(lambda rig, _cal: rig["array"]["limits"].update(largest_ear_level_db=110))
+    loud = write_rig(lambda rig, _cal: rig["array"]["limits"].update(largest_ear_level_db=100))
     refused = run("check", "chest", "--rig", loud)
     assert refused.code == 5
-    assert "over the limit of 110 dB" in refused.err
+    assert "over the limit of 100 dB" in refused.err
     protected = write_rig(
         lambda rig, _cal: (
-            rig["array"]["limits"].update(largest_ear_level_db=110),
-            rig.update(hearing_protection_db=40),
+            rig["array"]["limits"].update(largest_ear_level_db=100),
+            rig.update(hearing_protection_db=50),
         )
     )
     assert run("check", "chest", "--rig", protected).code == 0

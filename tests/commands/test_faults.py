@@ -21,6 +21,7 @@ Data = dict[str, Any]
 
 def make_real(rig: Data, calibration: Data) -> None:
     rig["array"]["link"] = {"interface": "nosuchnic0"}
+    rig["array"]["limits"]["largest_ear_level_db"] = 100
     calibration["made_up"] = False
 
 
@@ -59,9 +60,9 @@ def mirror(_rig: Data, calibration: Data) -> None:
         ),
         (lambda rig, _: rig["array"]["limits"].update(largest_duty=0.001), 5, "share of on-time"),
         (
-            lambda rig, _: rig["array"]["limits"].update(largest_ear_level_db=110),
+            lambda rig, _: rig["array"]["limits"].update(largest_ear_level_db=100),
             5,
-            "level at the ears would be",
+            "level at the ears (participant) would be",
         ),
     ],
 )

@@ -217,21 +217,6 @@ def test_a_real_time_session_killed_in_mid_trial_is_gone_on_with(
     assert all(e["margin_s"] > 0.01 for e in of("stimulus", tmp_path))
 
 
-@pytest.mark.emulator
-@pytest.mark.slow
-def test_sigterm_pauses_an_unattended_session_which_then_stops(
-    tmp_path: Path, write_protocol: WriteProtocol
-) -> None:
-    process = start(write_protocol(), "--simulate", 1, "--real-time", "--data", tmp_path)
-    wait_for(lambda: len(of_or_none("stimulus", tmp_path)) == 1)
-    process.terminate()
-    _, err = process.communicate(timeout=30)
-    assert process.returncode == 3
-    assert "--resume" in err
-    assert events(tmp_path)[-1]["status"] == "aborted"
-    assert all(e["status"] == "complete" for e in of("trial-end", tmp_path)), "paused between trials"
-
-
 def of_or_none(kind: str, data: Path) -> list[dict[str, Any]]:
     """The events of one kind while the log is being written."""
     try:

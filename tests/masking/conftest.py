@@ -45,6 +45,15 @@ class SoundServer:
         )
         return answer.stdout if answer.returncode == 0 else None
 
+    def tell(self, *words: str) -> None:
+        """Have `pactl` do something."""
+        assert self._pactl(*words) is not None, words
+
+    def stream(self) -> str:
+        """Return the index of the only stream that plays."""
+        (index,) = re.findall(r"Sink Input #(\d+)", self._pactl("list", "sink-inputs") or "")
+        return str(index)
+
     def suspend_sink(self) -> None:
         """Let the sound card take no more sound."""
         assert self._pactl("suspend-sink", "bench", "1") is not None

@@ -189,7 +189,7 @@ def test_an_export_leaves_no_half_files(study: Path) -> None:
     assert not list(study.rglob("*.part"))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(cut=st.floats(0, 1), gap=st.floats(0, 1))
 def test_whatever_is_lost_of_a_log_its_table_stays_in_order(cut: float, gap: float) -> None:
     script = (

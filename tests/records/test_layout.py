@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from autd_trials.errors import UsageError
-from autd_trials.records.layout import SessionPaths, refuse_other_case
+from autd_trials.records.layout import SessionPaths
 
 
 def test_files_lie_where_the_contract_says() -> None:
@@ -47,14 +47,3 @@ def test_ids_that_are_no_bids_labels_are_refused(label: str) -> None:
 @pytest.mark.parametrize("label", ["1", "01", "P07", "x" * 32, "CON"])
 def test_bids_labels_are_taken(label: str) -> None:
     assert SessionPaths(Path("data/chest"), label, "01", "chest").log.parts[-3] == f"sub-{label}"
-
-
-@pytest.mark.parametrize("existing", ["sourcedata/sub-ab/ses-Pre", "sub-ab/ses-Pre"])
-def test_ids_that_differ_only_in_case_are_refused(tmp_path: Path, existing: str) -> None:
-    (tmp_path / existing).mkdir(parents=True)
-    refuse_other_case(tmp_path, "ab", "Pre")
-    refuse_other_case(tmp_path, "abc", "pre")
-    with pytest.raises(UsageError, match="sub-AB differs only in upper and lower case from sub-ab"):
-        refuse_other_case(tmp_path, "AB", "01")
-    with pytest.raises(UsageError, match="ses-PRE differs only"):
-        refuse_other_case(tmp_path, "ab", "PRE")

@@ -20,8 +20,9 @@ KILLS = 20
 UTC_TEXT = "2026-11-22T10:00:00+00:00"
 
 seconds = st.floats(0, 1e9)
+anywhere = st.floats(-1e9, 1e9)
 texts = st.text(max_size=40)
-times = st.datetimes(datetime(1970, 1, 2), datetime(9998, 1, 1), timezones=st.just(UTC))
+times = st.datetimes(datetime(1971, 1, 2), datetime(8999, 1, 1), timezones=st.just(UTC))
 stamps = {"t_s": seconds, "utc": times.map(datetime.isoformat)}
 trials = st.integers(1, len(SessionScript().plan.trials))
 events: st.SearchStrategy[Event] = st.one_of(
@@ -35,9 +36,9 @@ events: st.SearchStrategy[Event] = st.one_of(
         trial=trials,
         attempt=st.integers(1),
         phase=st.sampled_from(["outside", "before_onset", "window", "late"]),
-        press_t_s=seconds,
+        press_t_s=anywhere,
         button=texts,
-        response_time_s=st.none() | seconds,
+        response_time_s=st.none() | anywhere,
         device_time_s=st.none() | seconds,
     ),
     st.builds(
@@ -50,7 +51,7 @@ events: st.SearchStrategy[Event] = st.one_of(
         planned_onset_t_s=seconds,
         device_ns=st.integers(0, 2**63),
         margin_s=seconds,
-        duration_s=st.floats(0, 16, exclude_min=True),
+        duration_s=st.floats(0.01, 16),
         drive=st.floats(0, 1),
         exposure_s=seconds,
     ),

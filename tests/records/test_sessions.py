@@ -4,13 +4,11 @@ import pytest
 
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.records.log import EventLog
+from autd_trials.records.roster import next_participant, next_session, place_of
 from autd_trials.records.sessions import (
     find_session,
     never_begun,
     new_session,
-    next_participant,
-    next_session,
-    place_of,
     study_lock,
     study_sessions,
     take_up,
@@ -21,7 +19,7 @@ TASK = "chestcatch"
 
 
 def test_an_empty_study_gives_the_first_numbers(study: Path) -> None:
-    new = new_session(study, TASK, "07")
+    new = new_session(study, TASK, "07", simulated=True)
     assert (new.paths.session, new.place, new.number) == ("01", 1, 1)
     assert next_participant(study) == "01"
     assert study_sessions(study) == []
@@ -30,32 +28,37 @@ def test_an_empty_study_gives_the_first_numbers(study: Path) -> None:
 
 def test_places_are_given_in_order_of_first_appearance_and_kept(study: Path) -> None:
     for place, participant in enumerate(["zoe", "adam", "07"], start=1):
-        assert place_of(study, participant) == place
-        SessionScript(participant=participant, place=place).save(study)
-    assert [place_of(study, participant) for participant in ("zoe", "adam", "07", "new")] == [1, 2, 3, 4]
+        assert place_of(study, participant, simulated=True) == place
+        SessionScript(participant=participant, place=place).begin(1).save(study)
+    assert [place_of(study, participant, simulated=True) for participant in ("zoe", "adam", "07", "new")] == [
+        1,
+        2,
+        3,
+        4,
+    ]
     assert next_participant(study) == "08"
 
 
 def test_session_numbers_go_on_and_are_not_used_twice(study: Path) -> None:
-    SessionScript(session="02").save(study)
-    SessionScript(session="pre").save(study)
+    SessionScript(session="02").trial(1).save(study)
+    SessionScript(session="pre").trial(1).save(study)
     assert next_session(study, "01") == "03"
     assert next_session(study, "02") == "01"
-    assert new_session(study, TASK, "01").number == 3
-    assert new_session(study, TASK, "01", "post").number == 3
+    assert new_session(study, TASK, "01", simulated=True).number == 3
+    assert new_session(study, TASK, "01", "post", simulated=True).number == 3
 
 
 def test_a_recorded_session_cannot_be_new(study: Path) -> None:
     SessionScript().save(study)
     with pytest.raises(UsageError, match="has been recorded already"):
-        new_session(study, TASK, "01", "01")
+        new_session(study, TASK, "01", "01", simulated=True)
 
 
 def test_ids_of_a_new_session_are_checked(study: Path) -> None:
     SessionScript(participant="ab", session="pre").save(study)
     for participant, session in [("../x", "01"), ("01", "a b"), ("AB", "01"), ("ab", "Pre")]:
         with pytest.raises(UsageError):
-            new_session(study, TASK, participant, session)
+            new_session(study, TASK, participant, session, simulated=True)
 
 
 def test_a_session_that_never_began_has_no_place_but_keeps_its_number(study: Path) -> None:
@@ -63,7 +66,7 @@ def test_a_session_that_never_began_has_no_place_but_keeps_its_number(study: Pat
     path.write_bytes(path.read_bytes()[:100])
     assert never_begun(study) == [path]
     assert study_sessions(study) == []
-    assert place_of(study, "03") == 1
+    assert place_of(study, "03", simulated=True) == 1
     assert next_session(study, "02") == "02"
 
 
@@ -72,14 +75,14 @@ def test_a_damaged_start_does_not_give_a_place_twice(study: Path) -> None:
     path = SessionScript(participant="02", place=2).note("later").save(study)
     path.write_bytes(b"{" + path.read_bytes())
     with pytest.raises(UsageError, match="not the start of a session"):
-        place_of(study, "03")
+        place_of(study, "03", simulated=True)
 
 
 def test_damage_further_down_does_not_hide_a_place(study: Path) -> None:
-    path = SessionScript(participant="02", place=2).note("later").save(study)
+    path = SessionScript(participant="02", place=2).trial(1).save(study)
     path.write_bytes(path.read_bytes() + b"\xff\n{")
-    assert place_of(study, "02") == 2
-    assert place_of(study, "03") == 3
+    assert place_of(study, "02", simulated=True) == 2
+    assert place_of(study, "03", simulated=True) == 3
 
 
 def test_a_log_in_the_wrong_folder_is_refused(study: Path) -> None:
@@ -154,12 +157,13 @@ def test_a_study_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
         EventLog.create(tmp_path / "file" / "log.jsonl")
 
 
-def test_two_runs_cannot_begin_a_session_at_once(study: Path) -> None:
+def test_two_runs_cannot_begin_a_session_at_once(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("autd_trials.records.sessions._PATIENCE_S", 0.0)
     with study_lock(study):
-        new = new_session(study, TASK, "01")
+        new = new_session(study, TASK, "01", simulated=True)
         with pytest.raises(UsageError, match="just beginning"), study_lock(study):
             raise AssertionError("the lock was given twice")
-        with EventLog.create(new.paths.log) as log:
-            log.append(SessionScript(place=new.place).events[0])
-    with study_lock(study):
-        assert place_of(study, "02") == 2
+        log = EventLog.create(new.paths.log)
+        log.append(SessionScript(place=new.place).events[0])
+    with study_lock(study), log:
+        assert place_of(study, "02", simulated=True) == 2

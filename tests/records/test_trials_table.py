@@ -33,6 +33,7 @@ def test_a_complete_trial_has_its_conditions_its_answer_and_its_timing() -> None
         "drive": 1.0,
         "response": "felt",
         "response_time": 0.4,
+        "button": "space",
         "onset_lateness": 0.0002,
         "start_margin": 0.0231,
         "silent_before": 0.002,

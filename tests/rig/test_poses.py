@@ -49,6 +49,7 @@ def made_real(folder: Path, path: Path) -> Path:
     (folder / "calibration.yaml").write_text(yaml.safe_dump(calibration))
     rig = yaml.safe_load(path.read_text())
     rig["array"]["link"] = {"interface": "none0"}
+    rig["array"]["limits"]["largest_ear_level_db"] = 100
     path.write_text(yaml.safe_dump(rig))
     return path
 
