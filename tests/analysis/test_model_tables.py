@@ -10,7 +10,8 @@ from analysis.study import analyse
 from analysis.tables.all_tables import result_tables
 from analysis.tables.table import ResultTable
 from autd_trials.protocol.schema import Comparison
-from tests.analysis.conftest import StudyWriter, chest_protocol
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import chest_protocol
 
 NAMES = ("model_means", "model_effects", "model_fit", "other_models", "firth_logits")
 

@@ -16,7 +16,8 @@ from analysis.output import results_json, write_results
 from analysis.study import analyse
 from analysis.summary import plain_words
 from autd_trials.errors import DeviceError
-from tests.analysis.conftest import CHEST_COUNTS, Answer, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import Answer, StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 from tests.conftest import program
 
 TABLES = (

@@ -9,7 +9,8 @@ from matplotlib.collections import LineCollection, PathCollection
 from analysis.all_figures import save_figures
 from analysis.psychometric_figure import draw_psychometric
 from analysis.study import Results, analyse
-from tests.analysis.conftest import CHEST_COUNTS, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 
 
 @pytest.fixture

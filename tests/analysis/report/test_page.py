@@ -15,7 +15,8 @@ from analysis.output import write_results
 from analysis.study import Results, analyse, results_of
 from analysis.tables.all_tables import result_tables
 from autd_trials.protocol.schema import Comparison, Level
-from tests.analysis.conftest import CHEST_COUNTS, Answer, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import Answer, StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 
 HOSTILE = '--><script>alert("1")</script>&amp;\'$\\alpha$'
 VOID = {"meta", "wbr", "br", "hr", "img", "input", "link", "area", "base", "col", "embed", "source", "track"}
