@@ -249,9 +249,15 @@ def chest_answer(counts: Sequence[int]) -> Answer:
     return felt_first(dict(zip(cells, counts, strict=True)), ("clothing", "modulation_hz"))
 
 
-@pytest.fixture
-def chest(writer: StudyWriter) -> StudyWriter:
-    """Return a written study of eight participants with `CHEST_COUNTS`."""
+def chest_study(folder: Path) -> StudyWriter:
+    """Write a study of eight participants with `CHEST_COUNTS`."""
+    writer = StudyWriter(folder)
     for number, counts in enumerate(CHEST_COUNTS, start=1):
         writer.add(f"{number:02}", chest_answer(counts))
     return writer
+
+
+@pytest.fixture
+def chest(tmp_path: Path) -> StudyWriter:
+    """Return a written study of eight participants with `CHEST_COUNTS`."""
+    return chest_study(tmp_path / "chest")
