@@ -14,8 +14,8 @@ from analysis.tables.all_tables import result_tables
 from analysis.tables.table import ResultTable
 from autd_trials.errors import DeviceError
 from autd_trials.protocol.schema import Study
-from autd_trials.records.disk import replace_text
-from autd_trials.records.table import json_text, tsv
+from autd_trials.records.disk import json_text, replace_text
+from autd_trials.tables import tsv
 
 REPORT = "report.html"
 _BIDS_VERSION = "1.10.0"

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from autd_trials.array.geometry import Vectors
 from autd_trials.calibration.joint import Wand
-from autd_trials.csvfile import read_numbers
 from autd_trials.errors import UsageError
+from autd_trials.tables import Quantity, read_quantities
 
 COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm")
 """Columns of a track file; a column `quality` may follow."""
@@ -40,8 +40,12 @@ def read_track(path: Path, name: str) -> Track:
         The file cannot be read, has other columns, holds what is no finite number or times that do not rise,
         has fewer than 10 points, or distances that cannot be millimetres.
     """
-    rows = read_numbers(
-        path, "track", COLUMNS, advice="seconds and millimetres in the sensor's frame", rising="t_s"
+    time_s, *places = COLUMNS
+    rows = read_quantities(
+        path,
+        "track",
+        [Quantity(time_s, rising=True), *map(Quantity, places)],
+        advice="seconds and millimetres in the sensor's frame",
     )
     if len(rows) < _FEWEST_POINTS:
         raise UsageError(
@@ -61,7 +65,12 @@ def read_wand(path: Path, length_mm: float) -> Wand:
     UsageError
         The file is wrong as for tracks, or its lengths are nowhere near the wand's.
     """
-    rows = read_numbers(path, "wand file", WAND_COLUMNS, advice="both markers in mm in the sensor's frame")
+    rows = read_quantities(
+        path,
+        "wand file",
+        [Quantity(name) for name in WAND_COLUMNS],
+        advice="both markers in mm in the sensor's frame",
+    )
     if len(rows) < _FEWEST_POINTS:
         raise UsageError(
             f"the wand was seen {len(rows)} times", where=str(path), do="show it in 60 poses or more"

@@ -15,6 +15,7 @@ from autd_trials.protocol.plan import PlannedBlock
 from autd_trials.session.events import ConfirmedBy
 from autd_trials.session.interrupts import Interrupts
 from autd_trials.session.operator import Decision
+from autd_trials.tables import level_text
 from autd_trials.terminal import Terminal
 from autd_trials.terminal.keys import plain_key
 
@@ -64,7 +65,7 @@ class TerminalOperator:
 
     def confirm_block(self, block: PlannedBlock) -> None:
         """Show what a person must arrange for a block and wait until it is so."""
-        conditions = "\n".join(f"{name}: {level}" for name, level in block.conditions.items())
+        conditions = "\n".join(f"{name}: {level_text(level)}" for name, level in block.conditions.items())
         arrange = "\n".join((conditions, *block.descriptions))
         self._confirm(
             f"Block {block.block}", arrange, "Is everything as it says, headphones on, eyes closed?"

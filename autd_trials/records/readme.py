@@ -10,9 +10,9 @@ from autd_trials.records.problem import Problem, in_short, unexplained
 from autd_trials.records.protocol_hash import protocol_sha256
 from autd_trials.records.sessions import StudySession
 from autd_trials.records.sessions_table import SESSION_COLUMNS, emulated
-from autd_trials.records.table import Column
 from autd_trials.records.trials_table import trial_columns
 from autd_trials.session.events import Fault, Resume
+from autd_trials.tables import Column
 
 _FIRST_LINE = {
     "yes": "**Simulated data: no person took part; a program gave the answers.**",
@@ -190,7 +190,7 @@ def _irregular(session: StudySession) -> list[str]:
     return [" ".join(text.split()) for text in found]
 
 
-def _column_lines(columns: Iterable[Column]) -> str:
+def _column_lines(columns: Iterable[Column[Any]]) -> str:
     return "\n".join(
         f"- `{column.name}`{f' ({column.units})' if column.units else ''}: {column.description}"
         for column in columns

@@ -11,11 +11,12 @@ from typing import TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_trials.csvfile import read_numbers
 from autd_trials.errors import UsageError
+from autd_trials.tables import Quantity, read_quantities
 
 RAW_COLUMNS = ("t_raw_s", "arrival_s", "run", "sequence", "x_mm", "y_mm", "z_mm", "quality")
 CLOCK_COLUMNS = ("t_s", "offset_s")
+_SEEN = RAW_COLUMNS[4:]
 LONGEST_SILENCE_S = 0.5
 """A longer one is a fault, not a slow frame."""
 
@@ -112,8 +113,12 @@ def write_track(folder: Path, unit: int) -> Path:
 def master_times(folder: Path, unit: int) -> NDArray[np.float64]:
     """Return sightings in the master's clock in order: t_s, x_mm, y_mm, z_mm, quality; (n, 5)."""
     raw = _read_raw(folder / f"unit{unit}-raw.csv")
-    clock = read_numbers(
-        folder / f"unit{unit}-clock.csv", "history of clock offsets", CLOCK_COLUMNS, advice="seconds"
+    clock = read_quantities(
+        folder / f"unit{unit}-clock.csv",
+        "history of clock offsets",
+        [Quantity(name) for name in CLOCK_COLUMNS],
+        advice="seconds",
+        unfinished=True,
     )
     seen = raw[~np.isnan(raw[:, 4])]
     time_s = seen[:, 0]
@@ -147,21 +152,5 @@ def _create(path: Path, columns: tuple[str, ...]) -> TextIO:
 
 def _read_raw(path: Path) -> NDArray[np.float64]:
     """Read raw samples, whose places may be NaN; a last line that was cut off is left out."""
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"the recording cannot be read: {error}", where=str(path)) from error
-    if not lines or lines[0].strip() != ",".join(RAW_COLUMNS):
-        raise UsageError(f"the columns are not {', '.join(RAW_COLUMNS)}", where=f"{path}:1")
-    rows = []
-    for number, line in enumerate(lines[1:], start=2):
-        values = line.strip().split(",")
-        if not line.endswith("\n"):
-            break
-        try:
-            rows.append([float(value) for value in values])
-        except ValueError as error:
-            raise UsageError(f"this is no sample: {error}", where=f"{path}:{number}") from error
-        if len(values) != len(RAW_COLUMNS):
-            raise UsageError(f"{len(values)} values instead of {len(RAW_COLUMNS)}", where=f"{path}:{number}")
-    return np.array(rows, dtype=np.float64).reshape(-1, len(RAW_COLUMNS))
+    columns = [Quantity(name, gaps=name in _SEEN) for name in RAW_COLUMNS]
+    return read_quantities(path, "recording", columns, unfinished=True)

@@ -89,8 +89,8 @@ def test_a_folder_without_recording_and_a_spoilt_one_are_told(tmp_path: Path) ->
     recorded(tmp_path, [sample(1)], [])
     raw = tmp_path / "unit1-raw.csv"
     raw.write_text(raw.read_text() + "1,2,x,4,5,6,7,8\n")
-    with pytest.raises(UsageError, match=r"unit1-raw\.csv:3: this is no sample"):
+    with pytest.raises(UsageError, match=r"unit1-raw\.csv:3: run is 'x', which is not a finite number"):
         master_times(tmp_path, 1)
     raw.write_text("a,b\n")
-    with pytest.raises(UsageError, match=r"unit1-raw\.csv:1: the columns are not"):
+    with pytest.raises(UsageError, match=r"unit1-raw\.csv:1: the columns t_raw_s, .* are missing"):
         silences(tmp_path, 1)

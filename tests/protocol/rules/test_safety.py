@@ -2,7 +2,7 @@ import pytest
 
 from autd_trials.protocol.load import find_protocol, load_protocol
 from autd_trials.protocol.plan import make_plan
-from autd_trials.protocol.safety_checks import session_exposure_s
+from autd_trials.protocol.rules.safety import session_exposure_s
 
 
 @pytest.mark.parametrize("name", ["chest", "chest-catch", "chest-threshold", "pilot"])
