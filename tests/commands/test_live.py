@@ -1,6 +1,5 @@
 """A live session on the firmware emulator, typed into by a person at a (pseudo-)terminal."""
 
-import os
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -144,7 +143,8 @@ def test_a_closed_terminal_aborts_and_the_session_is_gone_on_with(
     child = sit_down(write_protocol())
     begin(child)
     wait_for_trial(child, tmp_path, 1)
-    os.close(child.child_fd)  # the window is closed: the system sends SIGHUP, and writing fails
+    child.ptyproc.fileobj.close()  # the window is closed: the system sends SIGHUP, and writing fails
+    child.closed = child.ptyproc.closed = True
     wait_for(lambda: of_or_none("session-end", tmp_path))
     end = events(tmp_path)[-1]
     assert (end["status"], end["why"]) == ("aborted", "the terminal was closed")
