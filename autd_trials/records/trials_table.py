@@ -259,9 +259,7 @@ _TRAILING: tuple[Column[Attempt], ...] = (
         "Presses within the response window, repeated ones included.",
         lambda attempt: attempt.count("window"),
     ),
-    Column(
-        "presses_late", "Presses after the response window.", lambda attempt: attempt.count("late")
-    ),
+    Column("presses_late", "Presses after the response window.", lambda attempt: attempt.count("late")),
     Column(
         "exposure_s",
         "Commanded exposure: drive squared times duration, as counted against the session's budget.",

@@ -202,9 +202,7 @@ class Resume(_Event):
     event: Literal["resume"] = "resume"
     after_crash: bool
     confirmed_by: ConfirmedBy
-    devices: Annotated[
-        DeviceDescriptions | _NothingKnown | None, AfterValidator(_none_if_nothing)
-    ] = None
+    devices: Annotated[DeviceDescriptions | _NothingKnown | None, AfterValidator(_none_if_nothing)] = None
     versions: dict[str, str] = Field(default_factory=dict)
     rig: Json | None = None
     calibration: Json | None = None

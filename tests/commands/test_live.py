@@ -7,7 +7,7 @@ from pathlib import Path
 import pexpect
 import pytest
 
-from tests.commands.conftest import RUN_PROTOCOL, WriteProtocol, events, of
+from tests.commands.conftest import RUN_PROTOCOL, Run, WriteProtocol, events, of
 from tests.commands.test_run import of_or_none, wait_for
 
 pytestmark = [pytest.mark.slow, pytest.mark.emulator]
@@ -153,6 +153,22 @@ def test_a_closed_terminal_aborts_and_the_session_is_gone_on_with(
     again.expect("willing to go on")
     again.send("y")
     again.expect("Read out, and understood")
+
+
+def test_a_known_id_is_asked_about_and_no_leaves_no_second_session(
+    sit_down: Person, run: Run, tmp_path: Path, write_protocol: WriteProtocol
+) -> None:
+    protocol = write_protocol()
+    assert run("run", protocol, "--simulate", 1, "--participant", "p", "--data", tmp_path).code == 0
+    child = sit_down(protocol, "--participant", "p")
+    child.expect(r"participant p has 1 session\(s\) in this study already")
+    child.expect("Is this the same person")
+    child.send("n")
+    child.expect("not confirmed")
+    child.expect(pexpect.EOF)
+    child.close()
+    assert child.exitstatus == 3
+    assert len(list(tmp_path.rglob("*_log.jsonl"))) == 1
 
 
 @pytest.mark.parametrize("yes", [True, False])
