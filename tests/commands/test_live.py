@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pexpect
 import pytest
@@ -143,8 +144,9 @@ def test_a_closed_terminal_aborts_and_the_session_is_gone_on_with(
     child = sit_down(write_protocol())
     begin(child)
     wait_for_trial(child, tmp_path, 1)
-    child.ptyproc.fileobj.close()  # the window is closed: the system sends SIGHUP, and writing fails
-    child.closed = child.ptyproc.closed = True
+    terminal: Any = child
+    terminal.ptyproc.fileobj.close()  # the window is closed: the system sends SIGHUP, and writing fails
+    terminal.closed = terminal.ptyproc.closed = True
     wait_for(lambda: of_or_none("session-end", tmp_path))
     end = events(tmp_path)[-1]
     assert (end["status"], end["why"]) == ("aborted", "the terminal was closed")
