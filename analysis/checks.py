@@ -17,14 +17,14 @@ Rows = Mapping[Path, Sequence[TrialRow]]
 
 
 def record_warnings(problems: Sequence[Problem]) -> tuple[str, ...]:
-    """Return what is wrong with a study's records, loudly: nothing that is computed from them can be trusted."""
+    """Return what is wrong with a study's records, loudly: results from them cannot be trusted."""
     found = in_short(problems)
     if not found:
         return ()
     count = len(unexplained(problems))
     return (
-        f"THE RECORDS ARE NOT AS THEY WERE WRITTEN ({count} finding(s)): do not trust these results before that "
-        "is explained (autd-trials study verify)",
+        f"THE RECORDS ARE NOT AS THEY WERE WRITTEN ({count} finding(s)): do not trust these results before "
+        "that is explained (autd-trials study verify)",
         *found,
     )
 

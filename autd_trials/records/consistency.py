@@ -1,4 +1,4 @@
-"""Whether a log is consistent in itself: could a session have gone like this?
+"""Whether a log is consistent in itself, so that a session could have gone like this.
 
 The chain shows that a log was changed; what is asked here also shows many changes after which the chain was
 computed again. Every rule is one that the session's runner keeps: what it does not promise is not asked.

@@ -4,7 +4,7 @@ import contextlib
 import json
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self, cast
@@ -99,7 +99,7 @@ class EventLog:
         self.append_all([event])
 
     def append_all(self, events: Iterable[Event]) -> None:
-        """Append events with one write and one wait for the disk; raises as `append`, then none is in the log."""
+        """Append events with one write and one wait for the disk; raises as `append`: then none is in it."""
         self.refuse_if_not_whole()
         written, head = b"" if self._at_line_start else b"\n", self._head
         for event in events:
@@ -228,7 +228,7 @@ class LogContents:
     events: tuple[Event, ...]
     damaged: tuple[tuple[int, str], ...] = ()
     lines: tuple[int, ...] = ()
-    head: Head = Head()
+    head: Head = field(default_factory=Head)
 
     @property
     def start(self) -> SessionStart:

@@ -85,8 +85,8 @@ def _warning(problems: Iterable[Problem]) -> list[str]:
     if not count:
         return []
     return [
-        f"**WARNING: the records are not as they were written ({count} finding(s), see Integrity of the records "
-        "below). Do not trust these data before that is explained.**"
+        f"**WARNING: the records are not as they were written ({count} finding(s), see Integrity of the "
+        "records below). Do not trust these data before that is explained.**"
     ]
 
 
@@ -95,8 +95,8 @@ def _integrity(problems: Sequence[Problem]) -> str:
     lines = [f"- {line}" for line in in_short(problems)]
     lines += [f"- {problem} (explained by the log itself)" for problem in problems if problem.explained]
     checked = (
-        "Checked when this data set was made: the numbers and the chain of SHA-256 through each log, each log "
-        "for being consistent in itself, and all of them with each other (`autd-trials study verify`)."
+        "Checked when this data set was made: the numbers and the chain of SHA-256 through each log, each "
+        "log for being consistent in itself, and all of them with each other (`autd-trials study verify`)."
     )
     return f"{checked}\n\n" + ("\n".join(lines) or "Nothing was found.")
 

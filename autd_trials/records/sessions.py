@@ -217,17 +217,17 @@ def read_session(study: Path, path: Path) -> StudySession:
 
 
 def goes_on(found: StudySession) -> bool:
-    """Return whether a session waits to be gone on with; one that was ended before its first trial does not."""
+    """Return whether a session waits to be gone on with: not if it was ended before its first trial."""
     where = found.standing
     return where.status == "interrupted" or (where.status != "success" and bool(where.attempts))
 
 
 def _refuse_lost_place(found: StudySession) -> None:
-    start = found.log.start
-    holder = holder_of(found.paths.study, start.plan.place, simulated=start.simulated)
+    start, place = found.log.start, found.log.start.plan.place
+    holder = holder_of(found.paths.study, place, simulated=start.simulated)
     if not found.standing.attempts and holder not in (None, start.participant):
         raise UsageError(
-            f"the session had no trial yet, and its place {start.plan.place} was given to participant {holder}",
+            f"the session had no trial yet, and its place {place} was given to participant {holder}",
             where=str(found.paths.log),
             do="begin a new session for this participant, without --resume",
         )

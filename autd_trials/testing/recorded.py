@@ -8,18 +8,18 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from autd_trials.errors import StoppedByPerson
+from autd_trials.protocol.plan import Plan
 from autd_trials.protocol.schema import Level, Protocol
 from autd_trials.records.bids import export_study
 from autd_trials.records.layout import SessionPaths
 from autd_trials.records.protocol_hash import protocol_sha256
-from autd_trials.responses.responder import Presentation
 from autd_trials.session.events import Event, SessionEnd, SessionStart, TrialEnd
 from autd_trials.testing.script import write_log
 from autd_trials.testing.stage import Stage, make_stage
 from autd_trials.testing.studies import make_protocol, start_fields
 
-Answer = Callable[[Mapping[str, Level | None], int], bool]
-"""Whether a trial was felt, from its conditions and its repetition (from 0)."""
+Answer = Callable[[Mapping[str, Level | None], int], bool | None]
+"""Whether a trial was felt, from its conditions and its repetition (from 0); None: the log has no answer."""
 
 
 @dataclass
@@ -80,7 +80,8 @@ class StudyWriter:
         stage = make_stage(self.protocol, place=int(participant), session=int(session), start=start)
         stage.operator.go_on = len(interrupted)
         stage.script.lost_in = {(trial, 1) for trial in interrupted}
-        stage.script.answer = _answers(stage, answer)
+        answers = _answers(stage.plan, answer)
+        stage.script.answer = lambda shown: (0.4 + shown.trial / 1000,) if answers[shown.trial] else ()
         if trials is not None:
             stage.listeners.append(lambda event: _abort_after(stage, event, trials))
         fields = start_fields(self.protocol, stage.plan, participant, session, simulated=simulated)
@@ -91,9 +92,10 @@ class StudyWriter:
                     SessionStart, **fields, devices=devices, protocol_sha256=sha256
                 )
             )
-        events = [event for event in stage.log.events if ends or not isinstance(event, SessionEnd)]
+        unanswered = {trial for trial, felt in answers.items() if felt is None}
+        events = [_without_answer(event, unanswered) for event in stage.log.events]
         paths = self.paths(participant, session)
-        write_log(paths.log, events)
+        write_log(paths.log, [event for event in events if ends or not isinstance(event, SessionEnd)])
         self._exported = False
         return paths.log
 
@@ -102,20 +104,21 @@ class StudyWriter:
         return SessionPaths(self.path, participant, session, self.protocol.task)
 
 
-def _answers(stage: Stage, answer: Answer) -> Callable[[Presentation], tuple[float, ...]]:
-    """Return when to press after an onset: the trials of each kind are answered by their repetition."""
-    repetitions: dict[int, int] = {}
+def _answers(plan: Plan, answer: Answer) -> dict[int, bool | None]:
+    """Return the answers by trial: the trials of each kind are answered by their repetition."""
+    answers: dict[int, bool | None] = {}
     seen: dict[str, int] = {}
-    for trial in stage.plan.trials:
+    for trial in plan.trials:
         kind = json.dumps([trial.trial_type, trial.conditions])
-        repetitions[trial.trial] = seen.setdefault(kind, 0)
+        answers[trial.trial] = answer(trial.conditions, seen.setdefault(kind, 0))
         seen[kind] += 1
+    return answers
 
-    def press_after_s(presentation: Presentation) -> tuple[float, ...]:
-        felt = answer(presentation.conditions, repetitions[presentation.trial])
-        return (0.4 + presentation.trial / 1000,) if felt else ()
 
-    return press_after_s
+def _without_answer(event: Event, unanswered: Collection[int]) -> Event:
+    if isinstance(event, TrialEnd) and event.trial in unanswered:
+        return event.model_copy(update={"response": None, "response_time_s": None})
+    return event
 
 
 def _abort_after(stage: Stage, event: Event, trials: int) -> None:

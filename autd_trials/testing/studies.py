@@ -82,8 +82,8 @@ def make_protocol(
             ethics_approval="none needed: nobody took part",
         ),
         instructions="Press when you feel something.",
-        targets={"sternum": Target(x_mm=278.0, y_mm=217.0, z_mm=1000.0)},
-        stimulus=StimulusSpec(duration_s=1.0, modulation_hz=50.0, target="sternum"),
+        targets={"chest": Target(x_mm=278.0, y_mm=217.0, z_mm=1000.0)},
+        stimulus=StimulusSpec(duration_s=1.0, modulation_hz=50.0, target="chest"),
         factors=Factors(
             within_block=_factors({"modulation_hz": FREQUENCIES_HZ} if within is None else within),
             between_blocks=_factors({"clothing": CLOTHING} if between is None else between),

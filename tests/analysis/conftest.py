@@ -76,7 +76,7 @@ def chest_answer(counts: Sequence[int]) -> Answer:
 
 @pytest.fixture(scope="session")
 def recorded_chest(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a study of eight participants with `CHEST_COUNTS`, recorded once: only to be copied."""
+    """Return the folder of a study of eight participants with `CHEST_COUNTS`, recorded once, to be copied."""
     writer = StudyWriter(tmp_path_factory.mktemp("recorded") / "chest", chest_protocol())
     for number, counts in enumerate(CHEST_COUNTS, start=1):
         writer.add(f"{number:02}", chest_answer(counts))
@@ -88,9 +88,3 @@ def chest(writer: StudyWriter, recorded_chest: Path) -> StudyWriter:
     """Return a copy of `recorded_chest`."""
     shutil.copytree(recorded_chest, writer.path)
     return writer
-
-
-@pytest.fixture(autouse=True)
-def _records_of_stubs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave records unverified here: these studies are tables with stubs of logs (see tests/records/test_verify)."""
-    monkeypatch.setattr("analysis.trials.verify_study", lambda _study: [])

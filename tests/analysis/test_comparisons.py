@@ -9,7 +9,8 @@ from statsmodels.stats.multitest import multipletests
 from analysis.comparisons import ComparisonResult
 from analysis.study import analyse
 from autd_trials.protocol.schema import Comparison
-from tests.analysis.conftest import CHEST_COUNTS, Answer, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import Answer, StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 
 
 def test_the_chest_study_against_scipy_and_statsmodels(chest: StudyWriter) -> None:

@@ -11,7 +11,8 @@ from analysis.trials import read_trials
 from autd_trials.cli import main
 from autd_trials.errors import UsageError
 from autd_trials.protocol.load import find_protocol
-from tests.analysis.conftest import CHEST_COUNTS, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 
 
 def test_a_clean_study_is_read_whole_and_without_remarks(chest: StudyWriter) -> None:
@@ -55,9 +56,7 @@ def test_a_session_without_an_end_is_reported(writer: StudyWriter) -> None:
 
 
 def test_trials_without_an_answer_are_not_counted_and_reported(writer: StudyWriter) -> None:
-    writer.add("01", lambda conditions, repetition: repetition != 9)
-    table = writer.folder / writer.paths("01").events
-    table.write_text(table.read_text().replace("\tnot_felt\t", "\tn/a\t"), encoding="utf-8")
+    writer.add("01", lambda conditions, repetition: None if repetition == 9 else True)
     trials = read_trials(writer.folder)
     assert trials.table["used"].sum() == 54
     assert any("6 complete trial(s) without an answer" in warning for warning in trials.warnings)

@@ -106,7 +106,6 @@ def test_a_trial_with_a_lost_line_keeps_its_row(lost: int) -> None:
     assert row["trial_status"] == ("interrupted" if lost == 4 else "complete")
 
 
-
 def test_no_factor_can_take_the_name_of_a_column() -> None:
     factors = Factors()
     columns = {column.name for column in trial_columns([make_protocol(factors=factors)])}

@@ -53,7 +53,9 @@ def replace_with_a_copy(path: Path) -> None:
 def overwrite_the_end(path: Path) -> None:
     with path.open("r+b") as file:
         file.seek(-9, os.SEEK_END)
-        file.write(b"0")
+        was = file.read(1)
+        file.seek(-9, os.SEEK_END)
+        file.write(b"1" if was == b"0" else b"0")
 
 
 HARM = [

@@ -16,7 +16,8 @@ from analysis.study import analyse
 from analysis.trials import Trials
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level
-from tests.analysis.conftest import CHEST_COUNTS, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 from tests.analysis.psychometric.conftest import OCTAVES
 
 

@@ -15,7 +15,8 @@ from analysis.output import write_results
 from analysis.study import Results, analyse, results_of
 from analysis.tables.all_tables import result_tables
 from autd_trials.protocol.schema import Comparison, Level
-from tests.analysis.conftest import CHEST_COUNTS, Answer, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import Answer, StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 
 HOSTILE = '--><script>alert("1")</script>&amp;\'$\\alpha$'
 VOID = {"meta", "wbr", "br", "hr", "img", "input", "link", "area", "base", "col", "embed", "source", "track"}
@@ -85,7 +86,7 @@ def chest_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
 
 
 def written(results: Results, folder: Path) -> Report:
-    write_results(results, folder)
+    write_results(results, folder, formats=("svg",))
     return Report(results, folder, Page((folder / "report.html").read_text(encoding="utf-8")))
 
 
