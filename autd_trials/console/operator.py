@@ -71,12 +71,13 @@ class TerminalOperator:
             f"Block {block.block}", arrange, "Is everything as it says, headphones on, eyes closed?"
         )
 
+    def confirm_known(self, summary: str) -> None:
+        """Show what is recorded under an id and ask whether this is the same person; no ends it."""
+        self._confirm_or_end("Known participant", summary, "Is this the same person?")
+
     def confirm_resume(self, summary: str) -> None:
         """Show what is known of an interrupted session and ask whether it may go on; no ends it."""
-        question = "Same participant, same set-up, and willing to go on?"
-        with self._asking("Resume", summary):
-            if not self._yes(question):
-                raise StoppedByPerson(f"not confirmed: {question}")
+        self._confirm_or_end("Resume", summary, "Same participant, same set-up, and willing to go on?")
 
     def decide_after_pause(self, reason: str) -> Decision:
         """Ask what to do, and take notes."""
@@ -89,6 +90,11 @@ class TerminalOperator:
                     return Decision(go_on=choice == "c", notes=tuple(notes))
                 if note := self._terminal.ask_line("note: ", cancelled=self._aborted):
                     notes.append(note)
+
+    def _confirm_or_end(self, title: str, text: str, question: str) -> None:
+        with self._asking(title, text):
+            if not self._yes(question):
+                raise StoppedByPerson(f"not confirmed: {question}")
 
     def _confirm(self, title: str, text: str, question: str) -> None:
         """Ask until the answer is yes: no means not yet."""

@@ -1,14 +1,14 @@
 """A live session on the firmware emulator, typed into by a person at a (pseudo-)terminal."""
 
-import os
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pexpect
 import pytest
 
-from tests.commands.conftest import RUN_PROTOCOL, WriteProtocol, events, of
+from tests.commands.conftest import RUN_PROTOCOL, Run, WriteProtocol, events, of
 from tests.commands.test_run import of_or_none, wait_for
 
 pytestmark = [pytest.mark.slow, pytest.mark.emulator]
@@ -144,7 +144,9 @@ def test_a_closed_terminal_aborts_and_the_session_is_gone_on_with(
     child = sit_down(write_protocol())
     begin(child)
     wait_for_trial(child, tmp_path, 1)
-    os.close(child.child_fd)  # the window is closed: the system sends SIGHUP, and writing fails
+    terminal: Any = child
+    terminal.ptyproc.fileobj.close()  # the window is closed: the system sends SIGHUP, and writing fails
+    terminal.closed = terminal.ptyproc.closed = True
     wait_for(lambda: of_or_none("session-end", tmp_path))
     end = events(tmp_path)[-1]
     assert (end["status"], end["why"]) == ("aborted", "the terminal was closed")
@@ -153,6 +155,22 @@ def test_a_closed_terminal_aborts_and_the_session_is_gone_on_with(
     again.expect("willing to go on")
     again.send("y")
     again.expect("Read out, and understood")
+
+
+def test_a_known_id_is_asked_about_and_no_leaves_no_second_session(
+    sit_down: Person, run: Run, tmp_path: Path, write_protocol: WriteProtocol
+) -> None:
+    protocol = write_protocol()
+    assert run("run", protocol, "--simulate", 1, "--participant", "p", "--data", tmp_path).code == 0
+    child = sit_down(protocol, "--participant", "p")
+    child.expect(r"participant p has 1 session\(s\) in this study already")
+    child.expect("Is this the same person")
+    child.send("n")
+    child.expect("not confirmed")
+    child.expect(pexpect.EOF)
+    child.close()
+    assert child.exitstatus == 3
+    assert len(list(tmp_path.rglob("*_log.jsonl"))) == 1
 
 
 @pytest.mark.parametrize("yes", [True, False])

@@ -14,7 +14,8 @@ PAUSE_S = 1.5
 
 def small_protocol(**changes: Any) -> Protocol:
     timing = Timing(response_window_s=WINDOW_S, pause_min_s=PAUSE_S, pause_max_s=PAUSE_S, lead_in_s=3.0)
-    return make_protocol("small", **{"within": {}, "timing": timing} | changes)
+    fields: dict[str, Any] = {"within": {}, "timing": timing} | changes
+    return make_protocol("small", **fields)
 
 
 @pytest.fixture
