@@ -283,7 +283,11 @@ def test_a_full_disk_behind_the_output_is_told(command: list[str]) -> None:
     code = "import sys; from autd_trials.cli import main; sys.exit(main())"
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [sys.executable, "-c", code, *command], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+            [sys.executable, "-c", code, *command],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
         )
     assert done.returncode == 2
     assert "standard output: the result cannot be written" in done.stderr
