@@ -8,6 +8,7 @@ from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError
 from autd_trials.session.interrupts import Interrupts
 from autd_trials.terminal import Terminal
+from autd_trials.terminal.keys import CONTROL_KEYS, plain_key
 
 _POLL_S = 0.1
 
@@ -58,16 +59,16 @@ class Controls:
                 self._interrupts.request_abort("the terminal was closed")
                 return
             for key in keys:
-                self._take(key.text.lower())
+                self._take(plain_key(key.text))
 
     def _take(self, key: str) -> None:
-        match key:
-            case "p":
+        match CONTROL_KEYS.get(key):
+            case "pause":
                 self._interrupts.request_pause()
-            case "n":
+            case "note":
                 self.note_wanted = True
                 self._interrupts.request_pause()
-            case "a":
+            case "abort":
                 self._interrupts.request_abort()
 
 

@@ -17,6 +17,7 @@ from autd_trials.session.interrupts import Interrupts
 from autd_trials.session.operator import Decision
 from autd_trials.tables import level_text
 from autd_trials.terminal import Terminal
+from autd_trials.terminal.keys import plain_key
 
 _POLL_S = 0.1
 
@@ -118,8 +119,8 @@ class TerminalOperator:
         with self._terminal.question() as keys:
             while not self._aborted():
                 for key in keys.take(self._clock.now_s() + _POLL_S):
-                    if key.text.lower() in choices:
-                        return key.text.lower()
+                    if (choice := plain_key(key.text)) in choices:
+                        return choice
         return "a"
 
     def _aborted(self) -> bool:

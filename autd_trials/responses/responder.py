@@ -1,6 +1,6 @@
 """What a response device offers; every one of them, real or simulated, passes one contract test suite."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,11 +12,30 @@ class Press:
     """One press.
 
     `time_s` is on the host's monotonic clock; `device_time_s` is the device's own stamp where it sends one.
+    `felt` says whether the button means felt; a press of another is recorded and does not count.
     """
 
     time_s: float
     button: str
     device_time_s: float | None = None
+    felt: bool = True
+
+
+@dataclass(frozen=True)
+class Unreadable:
+    """Input that is no press: of a key without a meaning, or bytes that a box's protocol does not know.
+
+    `what` says what came; it arrived at `time_s` on the host's monotonic clock. `may_be_answer` says whether
+    it may have been meant as an answer, so that without it nothing is known of the participant's.
+    """
+
+    time_s: float
+    what: str
+    may_be_answer: bool
+
+
+Input = Press | Unreadable
+"""What comes from a responder."""
 
 
 @dataclass(frozen=True)
@@ -53,13 +72,13 @@ class Responder(Protocol):
     def present(self, presentation: Presentation) -> None:
         """Say what is presented and when (onset may lie ahead)."""
 
-    def read(self, until_s: float) -> list[Press]:
-        """Return the presses that came since, oldest first; wait for one until the clock shows `until_s`.
+    def read(self, until_s: float) -> Sequence[Input]:
+        """Return what came since, oldest first; wait for something until the clock shows `until_s`.
 
         Raises
         ------
         DeviceError
-            The device is not open, or was lost and every press from before was returned.
+            The device is not open, or was lost and everything from before was returned.
         """
 
     def close(self) -> None:

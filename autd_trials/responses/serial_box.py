@@ -3,17 +3,16 @@
 import contextlib
 import errno
 import threading
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from serial import Serial, SerialException
 
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError
 from autd_trials.inbox import Inbox
-from autd_trials.responses.box_protocols import BoxProtocol, Parser
-from autd_trials.responses.responder import Presentation, Press, ResponderInfo
-
-if TYPE_CHECKING:
-    from serial import Serial
+from autd_trials.responses.box_protocols import BoxProtocol, Garbage, Parser
+from autd_trials.responses.responder import Input, Presentation, Press, ResponderInfo, Unreadable
 
 _HOST_UNCERTAINTY_S = 0.005
 """99 % of presses over a pseudo-terminal were stamped within this; measured (docs/decisions/0037)."""
@@ -23,14 +22,17 @@ _USB_FRAME_S = 0.001
 
 _BITS_PER_BYTE = 10  # with start and stop bit
 _HANDSHAKE_TIMEOUT_S = 1.0
+_UNFINISHED_S = 0.5  # a message whose end does not come for so long has none
+_SHOWN = 3
 _USB_SERIAL = Path("/sys/bus/usb-serial/devices")
 
 
 class SerialBox:
     """Reads a button box in a thread and stamps each press on arrival.
 
-    `Press.time_s` is the arrival, the box's own stamp is only kept. A press is never dropped: bounces and
-    repeats are the session's to judge. Opening a port resets most Arduinos; they are deaf for 2 s then.
+    `Press.time_s` is the arrival, the box's own stamp is only kept. No press is dropped: bounces and repeats
+    are the session's to judge; what the protocol does not know comes as `Unreadable`. Opening a port resets
+    most Arduinos; they are deaf for 2 s then.
 
     An FTDI adapter collects bytes for up to its latency timer, 16 ms by default. It is read, told in
     `ResponderInfo` and counted in its uncertainty. To set it to 1 ms until the box is unplugged, as root:
@@ -51,15 +53,10 @@ class SerialBox:
         self._port = port
         self._protocol = protocol
         self._clock = clock
-        self._parser: Parser = protocol.parser()
-        self._inbox: Inbox[Press] = Inbox(clock)
+        self._inbox: Inbox[Input] = Inbox(clock)
         self._serial: Serial | None = None
         self._thread: threading.Thread | None = None
-
-    @property
-    def garbage_bytes(self) -> int:
-        """How many bytes since `open` belonged to no press that the protocol knows."""
-        return self._parser.garbage_bytes
+        self._closing = threading.Event()
 
     def open(self) -> ResponderInfo:
         """Open the port for this process alone; raises DeviceError. What arrived before is discarded."""
@@ -72,12 +69,11 @@ class SerialBox:
         except BaseException:
             serial.close()
             raise
-        self._parser, self._inbox, self._serial = self._protocol.parser(), Inbox(self._clock), serial
+        serial.timeout = _UNFINISHED_S
+        self._closing.clear()
+        self._inbox, self._serial = Inbox(self._clock), serial
         self._thread = threading.Thread(
-            target=_receive,
-            args=(serial, self._port, self._parser, self._inbox, self._clock),
-            name="serial box",
-            daemon=True,
+            target=self._receive, args=(serial, self._inbox), name="serial box", daemon=True
         )
         self._thread.start()
         return self._info()
@@ -85,8 +81,8 @@ class SerialBox:
     def present(self, presentation: Presentation) -> None:
         """Nothing: a person is presented with the real thing."""
 
-    def read(self, until_s: float) -> list[Press]:
-        """Wait until `until_s` or a press; see `Responder.read`."""
+    def read(self, until_s: float) -> Sequence[Input]:
+        """Wait until `until_s` or a message; see `Responder.read`."""
         if self._serial is None:
             raise DeviceError("the button box is not open", where=self._port, do="open it first")
         return self._inbox.take(until_s)
@@ -96,11 +92,38 @@ class SerialBox:
         serial, self._serial = self._serial, None
         if serial is None:
             return
+        self._closing.set()
         serial.cancel_read()
         if self._thread is not None:
             self._thread.join()
         with contextlib.suppress(OSError):  # an unplugged port has nothing left to release
             serial.close()
+
+    def _receive(self, serial: Serial, inbox: Inbox[Input]) -> None:
+        parser = self._protocol.parser()
+        while not self._closing.is_set():
+            try:
+                data = serial.read(max(1, serial.in_waiting))
+            except OSError as error:  # pyserial's SerialException is one
+                inbox.lose(
+                    f"the button box was lost: {error}", where=self._port, do="plug it in again, then go on"
+                )
+                return
+            if not inbox.put(self._inputs(parser, data)):
+                return
+
+    def _inputs(self, parser: Parser, data: bytes) -> Iterator[Input]:
+        """Yield what arrived now; bytes that belong to nothing are summed up in one."""
+        time_s = self._clock.now_s()
+        garbage: list[Garbage] = []
+        for item in parser.feed(data) if data else parser.flush():
+            if isinstance(item, Garbage):
+                garbage.append(item)
+            else:
+                felt = item.button in self._protocol.buttons_felt
+                yield Press(time_s, item.button, item.device_time_s, felt)
+        if garbage:
+            yield Unreadable(time_s, _described(garbage), may_be_answer=True)
 
     def _info(self) -> ResponderInfo:
         latency_s = ftdi_latency_s(self._port)
@@ -136,9 +159,14 @@ def ftdi_latency_s(port: str, devices: Path = _USB_SERIAL) -> float | None:
         return None
 
 
-def _open_port(port: str, baud: int) -> "Serial":
-    from serial import Serial, SerialException
+def _described(garbage: Sequence[Garbage]) -> str:
+    """Return what the box sent that its protocol does not know, in printable characters."""
+    shown = ", ".join(repr(each.first)[1:] for each in garbage[:_SHOWN])
+    size = sum(each.size for each in garbage)
+    return f"{size} bytes that the box's protocol does not know: {shown}{', ...' * (len(garbage) > _SHOWN)}"
 
+
+def _open_port(port: str, baud: int) -> Serial:
     try:
         return Serial(port, baud, exclusive=True)
     except (SerialException, ValueError) as error:
@@ -159,7 +187,7 @@ def _advice(error: Exception) -> str:
     return "see that the rig file is right and that no other program uses the port"
 
 
-def _start_xid(serial: "Serial", port: str, clock: Clock) -> None:
+def _start_xid(serial: Serial, port: str, clock: Clock) -> None:
     """Ask a Cedrus pad who it is and put it into XID mode, a byte a ms as the maker's library does."""
     serial.reset_input_buffer()
     serial.timeout = _HANDSHAKE_TIMEOUT_S
@@ -179,20 +207,7 @@ def _start_xid(serial: "Serial", port: str, clock: Clock) -> None:
     serial.timeout = None
 
 
-def _send_slowly(serial: "Serial", command: bytes, clock: Clock) -> None:
+def _send_slowly(serial: Serial, command: bytes, clock: Clock) -> None:
     for byte in command:
         serial.write(bytes([byte]))
         clock.sleep_until(clock.now_s() + 0.001)
-
-
-def _receive(serial: "Serial", port: str, parser: Parser, inbox: Inbox[Press], clock: Clock) -> None:
-    while True:
-        try:
-            data = serial.read(max(1, serial.in_waiting))
-        except OSError as error:  # pyserial's SerialException is one
-            inbox.lose(f"the button box was lost: {error}", where=port, do="plug it in again, then go on")
-            return
-        if not data:  # cancelled by `close`
-            return
-        time_s = clock.now_s()
-        inbox.put(Press(time_s, report.button, report.device_time_s) for report in parser.feed(data))

@@ -7,12 +7,14 @@ interface, real sound one that names its device.
 from datetime import date
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from autd_trials.acoustics.air import Air
 from autd_trials.model import Model
 from autd_trials.responses.box_protocols import BoxProtocol
+from autd_trials.responses.keyboard import key_text
 from autd_trials.stimulus import PUBLIC_LEVEL_DB, Limits
+from autd_trials.terminal.keys import plain_key
 
 
 class LimitsSpec(Limits):
@@ -118,11 +120,22 @@ class RealSoundSpec(Model):
     headphones: HeadphonesSpec | None = Field(None, description="Needed for levels in dB(A).")
 
 
+def _tell_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse what is no key, steers the session, or would be taken for another of the keys."""
+    plain = [plain_key(key_text(name)) for name in keys]
+    for index, text in enumerate(plain):
+        if text in plain[:index]:
+            raise ValueError(f"the key {keys[index]!r} is {keys[plain.index(text)]!r} on another layout")
+    return keys
+
+
 class KeyboardSpec(Model):
     """The experimenter presses a key when the participant raises a hand."""
 
     device: Literal["keyboard"]
-    keys: tuple[str, ...] = Field(("space",), min_length=1, description="Keys that mean felt.")
+    keys: Annotated[tuple[str, ...], AfterValidator(_tell_apart)] = Field(
+        ("space",), min_length=1, max_length=20, description="Keys that mean felt."
+    )
 
 
 class SerialSpec(Model):

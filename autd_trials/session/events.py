@@ -147,7 +147,9 @@ class StimulusStart(_Event):
 class ResponseMade(_Event):
     """A press; `phase` is where it fell.
 
-    `response_time_s` counts from the hardware onset; it is negative before it.
+    `response_time_s` counts from the hardware onset; it is negative before it. `meaning` is felt, or other
+    for a button that does not mean felt, or repeat where a key that is held down repeats itself; only felt
+    counts. It is None in version 1, where every press counted.
     """
 
     event: Literal["response"] = "response"
@@ -158,6 +160,12 @@ class ResponseMade(_Event):
     button: str
     response_time_s: float | None
     device_time_s: float | None
+    meaning: Literal["felt", "other", "repeat"] | None = None
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is an answer if it falls in the response window."""
+        return self.meaning in (None, "felt")
 
 
 class TrialEnd(_Event):
@@ -194,9 +202,7 @@ class Resume(_Event):
     event: Literal["resume"] = "resume"
     after_crash: bool
     confirmed_by: ConfirmedBy
-    devices: Annotated[
-        DeviceDescriptions | _NothingKnown | None, AfterValidator(_none_if_nothing)
-    ] = None
+    devices: Annotated[DeviceDescriptions | _NothingKnown | None, AfterValidator(_none_if_nothing)] = None
     versions: dict[str, str] = Field(default_factory=dict)
     rig: Json | None = None
     calibration: Json | None = None

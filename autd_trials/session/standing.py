@@ -170,7 +170,7 @@ class Standing:
                 self._begin(event)
             case StimulusStart():
                 self._stimulate(event)
-            case ResponseMade() if event.phase == "window":
+            case ResponseMade() if event.phase == "window" and event.counts:
                 self.last_response_time_s = event.response_time_s
                 if self.trial is not None:
                     self.trial.felt = True

@@ -76,6 +76,7 @@ class TrialRunner:
             self.watch.until(window.onset_s + trial.stimulus.duration_s, burst=True)
             completion = self.devices.array.finish()
             self.watch.until(window.end_s + _GRACE_S)
+            self.presses.refuse_doubtful()
         except BaseException:
             silence(self.devices.array, self.recorder, self.clock)
             self.recorder.record(

@@ -1,11 +1,16 @@
 """Keys of a terminal: telling them apart in its character stream, and editing one line with them."""
 
 import re
+import unicodedata
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 ESCAPE = "\x1b"
 ENTER = "\n"
+
+CONTROL_KEYS: Mapping[str, str] = {"p": "pause", "n": "note", "a": "abort"}
+"""What steers a session while trials run; no response key may be one of these."""
 
 _ERASE = ("\x7f", "\b")
 _ERASE_LINE = "\x15"  # Ctrl-U, as in a shell
@@ -22,6 +27,43 @@ _KEY = re.compile(
     """,
     re.VERBOSE | re.DOTALL,
 )
+
+# A key as the kitty protocol reports it: its character, the one on the standard layout, modifiers.
+_REPORTED = re.compile(r"\x1b\[(\d{1,7})(?::\d*)?(?::(\d{1,7}))?(?:;[12]?(?::[12])?)?u")
+_LATIN = "qwertyuiopasdfghjklzxcvbnm"
+_SAME_PLACES = (
+    "йцукенгшщзфывапролдячсмить",  # Russian
+    ";ςερτυθιοπασδφγηξκλζχψωβνμ",  # Greek
+    "/'קראטוןםפשדגכעיחלךזסבהנמצ",  # Hebrew
+    "ضصثقفغعهخحشسيبلاتنمئءؤرﻻىة",  # Arabic
+    "ㅂㅈㄷㄱㅅㅛㅕㅑㅐㅔㅁㄴㅇㄹㅎㅗㅓㅏㅣㅋㅌㅊㅍㅠㅜㅡ",  # Korean
+    "たていすかんなにらせちとしはきくまのりつさそひこみも",  # Japanese kana
+)
+_BY_PLACE = {
+    letter: latin
+    for layout in _SAME_PLACES
+    for letter, latin in zip(layout, _LATIN, strict=True)
+    if letter.isalpha()
+}
+
+
+def plain_key(text: str) -> str:
+    r"""Return the key of a Latin keyboard that is meant, whatever the layout, Caps Lock or input method.
+
+    Wide and other compatibility forms become plain ones, letters small, and a letter of a script that is not
+    Latin becomes the Latin one in the same place. Other keys stay as they are.
+
+    >>> plain_key("A"), plain_key("\u3000"), plain_key("ф"), plain_key("\x1b[32u"), plain_key("\x1b[A")
+    ('a', ' ', 'a', ' ', '\x1b[A')
+    """
+    if reported := _REPORTED.fullmatch(text):
+        code = int(reported[2] or reported[1])
+        text = chr(code).replace("\r", ENTER) if code <= 0x10FFFF else text
+    if len(text) != 1:
+        return text
+    text = _BY_PLACE.get(text.lower(), text)
+    simple = unicodedata.normalize("NFKC", text).lower()
+    return simple if len(simple) == 1 else text
 
 
 @dataclass(frozen=True)

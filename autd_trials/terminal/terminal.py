@@ -14,7 +14,7 @@ from typing import Self, TextIO
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError
 from autd_trials.inbox import Inbox
-from autd_trials.terminal.keys import ESCAPE, Key, KeyDecoder, LineEditor
+from autd_trials.terminal.keys import CONTROL_KEYS, ESCAPE, Key, KeyDecoder, LineEditor, plain_key
 from autd_trials.terminal.raw_mode import KeySource, open_terminal
 
 _ESCAPE_TIMEOUT_S = 0.05  # the rest of an escape sequence follows sooner, also over ssh
@@ -25,9 +25,10 @@ _JOIN_TIMEOUT_S = 0.5
 class Terminal:
     """Reads single keys in a thread, stamps each on arrival and routes it.
 
-    A key goes to the innermost open question if there is one; else to everybody who subscribed to it; else to
-    `commands`. Ctrl-C still makes SIGINT (see `raw_mode.open_terminal`). The terminal's settings are put back
-    by `close`, at exit and on SIGTERM; after ``kill -9`` only ``reset`` in the shell can do that.
+    A key goes to the innermost open question if there is one; else to everybody who subscribed to it, be it
+    typed on another layout or with Caps Lock; else, if it is no control key, to who subscribed to all others;
+    else to `commands`. Ctrl-C still makes SIGINT (see `raw_mode.open_terminal`). The terminal's settings are
+    put back by `close`, at exit and on SIGTERM; after ``kill -9`` only ``reset`` in the shell can do that.
 
     Parameters
     ----------
@@ -51,6 +52,7 @@ class Terminal:
         self._output = output
         self._lock = threading.Lock()
         self._subscriptions: list[tuple[frozenset[str], Inbox[Key]]] = []
+        self._others: list[Inbox[Key]] = []
         self._questions: list[Inbox[Key]] = []
         self._lost = False
         self._source: KeySource | None = None
@@ -96,8 +98,10 @@ class Terminal:
     ) -> None:
         self.close()
 
-    def subscribe(self, keys: Collection[str]) -> Inbox[Key]:
+    def subscribe(self, keys: Collection[str], *, others: bool = False) -> Inbox[Key]:
         """Return an inbox that gets these keys from now on (except while a question is open).
+
+        With `others` it also gets every key that nobody subscribed to and that is no control key.
 
         Raises
         ------
@@ -105,13 +109,20 @@ class Terminal:
             The terminal is not open or was lost.
         """
         inbox: Inbox[Key] = Inbox(self._clock)
-        self._attach(lambda: self._subscriptions.append((frozenset(keys), inbox)))
+
+        def attach() -> None:
+            self._subscriptions.append((frozenset(keys), inbox))
+            if others:
+                self._others.append(inbox)
+
+        self._attach(attach)
         return inbox
 
     def unsubscribe(self, inbox: Inbox[Key]) -> None:
         """End a subscription; its keys go to `commands` again unless somebody else wants them."""
         with self._lock:
             self._subscriptions = [entry for entry in self._subscriptions if entry[1] is not inbox]
+            self._others = [other for other in self._others if other is not inbox]
 
     @contextlib.contextmanager
     def question(self) -> Iterator[Inbox[Key]]:
@@ -173,7 +184,7 @@ class Terminal:
         """
         with self.question() as inbox:
             (show or self._echo)(f"{question} [y/n] ")
-            answers = (key.lower() for key in self._answers(inbox, cancelled))
+            answers = (plain_key(key) for key in self._answers(inbox, cancelled))
             yes = next((key for key in answers if key in ("y", "n", ESCAPE)), "n") == "y"
         if show is None:
             self._write("yes\n" if yes else "no\n")
@@ -218,9 +229,20 @@ class Terminal:
 
     def _route(self, key: Key) -> None:
         with self._lock:
-            subscribed = [inbox for keys, inbox in self._subscriptions if key.text in keys]
-            for inbox in self._questions[-1:] or subscribed or [self.commands]:
-                inbox.put([key])
+            inboxes, text = self._destination(key.text)
+            for inbox in inboxes:
+                inbox.put([Key(text, key.time_s)])
+
+    def _destination(self, typed: str) -> tuple[list[Inbox[Key]], str]:
+        """Return who gets a key, and by which name."""
+        if self._questions:
+            return self._questions[-1:], typed
+        for text in (typed, plain_key(typed)):
+            if subscribed := [inbox for keys, inbox in self._subscriptions if text in keys]:
+                return subscribed, text
+        if plain_key(typed) in CONTROL_KEYS or not self._others:
+            return [self.commands], plain_key(typed)
+        return self._others, typed
 
     def _lose(self) -> None:
         with self._lock:

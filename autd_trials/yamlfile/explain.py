@@ -143,7 +143,9 @@ def _explanation(place: Path, details: list[ErrorDetails], schema: dict[str, Any
 
 def _says_all(detail: ErrorDetails) -> bool:
     """Whether the message is a validator's own, which names what it found."""
-    return not detail["msg"].startswith(("Input should ", "String should ", "Tuple should ", "List should "))
+    return not detail["msg"].startswith(
+        ("Input should ", "String should ", "Tuple should ", "List should ", "Dictionary should ")
+    )
 
 
 def _expectation(detail: ErrorDetails) -> str:

@@ -12,7 +12,8 @@ from analysis.tables.all_tables import result_tables
 from analysis.trials import Trials
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison
-from tests.analysis.conftest import CHEST_COUNTS, StudyWriter
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS
 
 COLUMNS = {"participant": "pid", "response": "felt", "clothing": "cloth", "modulation_hz": "freq"}
 COMPARISON = Comparison(factor="clothing", first="inner", second="both", at_each="modulation_hz")

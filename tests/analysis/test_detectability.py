@@ -10,7 +10,8 @@ from analysis.detectability import detectability, over_participants
 from analysis.rates import ParticipantRate
 from analysis.study import analyse
 from analysis.tables.all_tables import result_tables
-from tests.analysis.conftest import StudyWriter, chest_protocol
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import chest_protocol
 
 
 def rate(participant: str, felt: int, n: int, **condition: str) -> ParticipantRate:

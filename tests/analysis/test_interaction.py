@@ -10,7 +10,8 @@ from statsmodels.stats.multivariate import test_mvmean as mvmean
 from analysis.interaction import interactions, trends
 from analysis.study import Results, analyse
 from autd_trials.protocol.schema import Comparison
-from tests.analysis.conftest import CHEST_COUNTS, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 
 DIFFERENCES = np.array([[row[cell] - row[cell + 3] for cell in range(3)] for row in CHEST_COUNTS]) / 10
 

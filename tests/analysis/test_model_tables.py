@@ -10,7 +10,8 @@ from analysis.study import analyse
 from analysis.tables.all_tables import result_tables
 from analysis.tables.table import ResultTable
 from autd_trials.protocol.schema import Comparison
-from tests.analysis.conftest import StudyWriter, chest_protocol
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import chest_protocol
 
 NAMES = ("model_means", "model_effects", "model_fit", "other_models", "firth_logits")
 
@@ -64,7 +65,7 @@ def test_all_or_none_felt_is_said_with_finite_penalised_estimates(
         given = row["method"] == "Firth logistic"
         assert (row["logits"] is not None) == given
         assert (row["notes"] is None) == given
-    write_results(analyse(writer.folder), tmp_path)
+    write_results(analyse(writer.folder), tmp_path, formats=("svg",))
     with (tmp_path / "other_models.tsv").open(encoding="utf-8", newline="") as file:
         assert {row["wald_p"] for row in csv.DictReader(file, delimiter="\t")} == {"n/a"}
 

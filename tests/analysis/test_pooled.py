@@ -13,7 +13,8 @@ from statsmodels.stats.contingency_tables import mcnemar
 
 from analysis.pooled import Stratum, chi_squared_p, cmh_exact_p, cmh_p, mcnemar_p
 from analysis.study import analyse
-from tests.analysis.conftest import CHEST_COUNTS, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 
 REFERENCE = Path(__file__).with_name("reference") / "tables.csv"  # R 4.2.2, mantelhaen.test
 

@@ -11,7 +11,8 @@ from analysis.rates import detection_rates, false_alarm_rates, marginal_rates, o
 from analysis.study import analyse
 from analysis.trials import read_trials
 from autd_trials.protocol.schema import Level
-from tests.analysis.conftest import CHEST_COUNTS, Answer, StudyWriter, chest_protocol
+from autd_trials.testing.recorded import Answer, StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_protocol
 
 
 def test_rates_are_those_that_were_written(chest: StudyWriter) -> None:

@@ -19,7 +19,8 @@ from analysis.timing import (
 from analysis.timing_figure import draw_timing
 from analysis.timing_words import timing_sentences
 from analysis.trials import Trials, read_trials
-from tests.analysis.conftest import CHEST_COUNTS, StudyWriter, chest_answer
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer
 
 HEADER = (
     "participant,clothing,trial_type,trial_status,response,response_time,onset_lateness,silent_before,"

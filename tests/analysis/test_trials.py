@@ -1,6 +1,8 @@
 """Reading a study: what is counted, what is reported, what is refused."""
 
+import shutil
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -9,7 +11,8 @@ from analysis.trials import read_trials
 from autd_trials.cli import main
 from autd_trials.errors import UsageError
 from autd_trials.protocol.load import find_protocol
-from tests.analysis.conftest import CHEST_COUNTS, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 
 
 def test_a_clean_study_is_read_whole_and_without_remarks(chest: StudyWriter) -> None:
@@ -32,13 +35,12 @@ def test_interrupted_trials_are_kept_apart_and_reported(writer: StudyWriter) -> 
     assert len(trials.table) == 62
     assert trials.table["used"].sum() == 60
     assert trials.table.loc[~trials.table["used"], "trial"].tolist() == [3, 17]
-    assert trials.warnings == (
-        "sub-01_ses-01_task-chest_run-1: 2 interrupted attempt(s) at a trial not counted",
-    )
+    told = "sub-01_ses-01_task-chest_run-1: 2 interrupted attempt(s) at a trial not counted"
+    assert told in trials.warnings
 
 
 def test_an_aborted_session_is_reported_with_what_it_lacks(writer: StudyWriter) -> None:
-    writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=25, status="aborted")
+    writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=25)
     warnings = read_trials(writer.folder).warnings
     assert "sub-01_ses-01_task-chest_run-1 ended as aborted" in warnings
     assert "sub-01_ses-01_task-chest_run-1: 25 of 60 planned trials are complete" in warnings
@@ -49,7 +51,7 @@ def test_an_aborted_session_is_reported_with_what_it_lacks(writer: StudyWriter) 
 
 
 def test_a_session_without_an_end_is_reported(writer: StudyWriter) -> None:
-    writer.add("01", chest_answer(CHEST_COUNTS[0]), status=None)
+    writer.add("01", chest_answer(CHEST_COUNTS[0]), ends=False)
     assert any("did not come to an end" in warning for warning in read_trials(writer.folder).warnings)
 
 
@@ -61,19 +63,20 @@ def test_trials_without_an_answer_are_not_counted_and_reported(writer: StudyWrit
 
 
 def test_damaged_log_lines_and_sessions_that_never_began_are_reported(chest: StudyWriter) -> None:
-    log = chest.log("02")
+    log = chest.paths("02").log
     log.write_text(log.read_text() + '{"event": "no', encoding="utf-8")
-    empty = chest.log("09")
+    lines = len(log.read_text().splitlines())
+    empty = chest.paths("09").log
     empty.parent.mkdir(parents=True)
     empty.write_text('{"event": "session-st', encoding="utf-8")
     warnings = read_trials(chest.folder).warnings
-    assert any("sub-02" in warning and "damaged in line(s) 3" in warning for warning in warnings)
+    assert any("sub-02" in warning and f"damaged in line(s) {lines}" in warning for warning in warnings)
     assert any("sub-09" in warning and "never began" in warning for warning in warnings)
 
 
 def test_logs_and_tables_that_lack_each_other_are_reported(chest: StudyWriter) -> None:
-    chest.log("03").unlink()
-    next(chest.folder.glob("sub-04/*/beh/*.tsv")).unlink()
+    chest.paths("03").log.unlink()
+    chest.paths("04").events.unlink()
     warnings = read_trials(chest.folder).warnings
     assert any("sub-03" in warning and "no raw log" in warning for warning in warnings)
     assert any("sub-04" in warning and "no trial table" in warning for warning in warnings)
@@ -104,14 +107,15 @@ def test_two_sessions_of_one_participant_are_pooled_and_reported(writer: StudyWr
 def test_a_copied_table_is_reported(writer: StudyWriter) -> None:
     for participant in ("01", "02"):
         writer.add(participant, chest_answer(CHEST_COUNTS[0]))
+    shutil.copy(writer.folder / writer.paths("01").events, writer.paths("02").events)
     assert any("same byte for byte" in warning for warning in read_trials(writer.folder).warnings)
 
 
 def test_the_newest_protocol_orders_the_levels_and_older_levels_follow(writer: StudyWriter) -> None:
     writer.protocol = chest_protocol(within={"modulation_hz": (25.0, 200.0)})
-    writer.add("01", lambda conditions, repetition: True, utc="2026-01-01T10:00:00+00:00")
+    writer.add("01", lambda conditions, repetition: True, start=datetime(2026, 1, 1, 10, tzinfo=UTC))
     writer.protocol = chest_protocol(within={"modulation_hz": (100.0, 25.0)})
-    writer.add("02", lambda conditions, repetition: True, utc="2026-02-01T10:00:00+00:00")
+    writer.add("02", lambda conditions, repetition: True, start=datetime(2026, 2, 1, 10, tzinfo=UTC))
     trials = read_trials(writer.folder)
     assert trials.design.factor("modulation_hz").levels == (100.0, 25.0, 200.0)
     assert any("2 versions of the protocol" in warning for warning in trials.warnings)
@@ -120,11 +124,11 @@ def test_the_newest_protocol_orders_the_levels_and_older_levels_follow(writer: S
 def test_protocols_of_different_factors_are_refused_with_their_files(writer: StudyWriter) -> None:
     writer.add("01", chest_answer(CHEST_COUNTS[0]))
     writer.protocol = chest_protocol(between={}, comparisons=())
-    writer.add("02", lambda conditions, repetition: True, utc="2026-02-01T10:00:00+00:00")
+    writer.add("02", lambda conditions, repetition: True, start=datetime(2026, 2, 1, 10, tzinfo=UTC))
     with pytest.raises(UsageError) as refused:
         read_trials(writer.folder)
-    assert str(writer.log("01")) in str(refused.value)
-    assert str(writer.log("02")) in str(refused.value)
+    assert str(writer.paths("01").log) in str(refused.value)
+    assert str(writer.paths("02").log) in str(refused.value)
     assert "clothing" in str(refused.value)
 
 
@@ -147,7 +151,7 @@ def test_protocols_of_different_methods_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_trial_that_is_complete_twice_is_refused_with_its_lines(chest: StudyWriter) -> None:
-    table = next(chest.folder.glob("sub-05/*/beh/*.tsv"))
+    table = chest.paths("05").events
     lines = table.read_text().splitlines()
     table.write_text("\n".join([*lines, lines[7]]) + "\n", encoding="utf-8")
     with pytest.raises(UsageError, match=r"trial 7 is complete twice, here and in .*:8") as refused:
@@ -160,13 +164,13 @@ def test_a_trial_that_is_complete_twice_is_refused_with_its_lines(chest: StudyWr
     [
         (lambda text: text.replace("\tfelt\t", "\tyes\t", 1), "response is 'yes', expected felt or not_felt"),
         (lambda text: text.replace("\tinner\t", "\tinnr\t", 1), "clothing is 'innr', expected a level"),
-        (lambda text: text.replace("\t25.0\t", "\tabc\t", 1), "modulation_hz is 'abc', expected a level"),
+        (lambda text: text.replace("\t25\t", "\tabc\t", 1), "modulation_hz is 'abc', expected a level"),
         (lambda text: text.replace("\tstimulus\t", "\tsham\t", 1), "trial_type is 'sham'"),
         (lambda text: text.replace("\tcomplete\t", "\tdone\t", 1), "trial_status is 'done'"),
         (lambda text: text.replace("\tstimulus\t1\t", "\tstimulus\tone\t", 1), "trial is 'one'"),
         (lambda text: text.replace("\t0.401\t", "\tnan\t", 1), "response_time is 'nan'"),
         (lambda text: text.replace("\tclothing", "\tclothes", 1), "the columns clothing are missing"),
-        (lambda text: text.replace("\tinner\t", "\tinner ", 1), "11 cells under 12 column names"),
+        (lambda text: text.replace("\tinner\t", "\tinner ", 1), "23 cells under 24 column names"),
         (
             lambda text: text.replace("\tattempt", "\tclothing", 1),
             "more than once: clothing",
@@ -178,7 +182,7 @@ def test_a_trial_that_is_complete_twice_is_refused_with_its_lines(chest: StudyWr
 def test_a_damaged_table_is_refused_with_its_place(
     chest: StudyWriter, change: Callable[[str], str], says: str
 ) -> None:
-    table = next(chest.folder.glob("sub-01/*/beh/*.tsv"))
+    table = chest.paths("01").events
     table.write_text(change(table.read_text()), encoding="utf-8")
     with pytest.raises(UsageError) as refused:
         read_trials(chest.folder)
@@ -188,14 +192,14 @@ def test_a_damaged_table_is_refused_with_its_place(
 
 
 def test_a_table_that_is_no_text_is_refused(chest: StudyWriter) -> None:
-    table = next(chest.folder.glob("sub-01/*/beh/*.tsv"))
+    table = chest.paths("01").events
     table.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(UsageError, match="cannot be read"):
         read_trials(chest.folder)
 
 
 def test_a_table_in_another_participants_folder_is_refused(chest: StudyWriter) -> None:
-    table = next(chest.folder.glob("sub-01/*/beh/*.tsv"))
+    table = chest.paths("01").events
     table.rename(table.with_name(table.name.replace("sub-01", "sub-77")))
     with pytest.raises(UsageError, match="does not fit its folder"):
         read_trials(chest.folder)
@@ -206,7 +210,9 @@ def test_nothing_to_analyse_is_said(tmp_path: Path, writer: StudyWriter) -> None
         read_trials(tmp_path / "nowhere")
     with pytest.raises(UsageError, match="no trial tables"):
         read_trials(tmp_path)
-    writer.add("01", lambda conditions, repetition: True, trials=0)
+    stopped = writer.add("01", lambda conditions, repetition: True, trials=1, ends=False)
+    lines = stopped.read_text().splitlines(keepends=True)
+    stopped.write_text("".join(lines[: next(n for n, line in enumerate(lines) if "trial-end" in line)]))
     with pytest.raises(UsageError, match="no complete trial"):
         read_trials(writer.folder)
     with pytest.raises(UsageError, match="no trial tables") as refused:
@@ -216,6 +222,6 @@ def test_nothing_to_analyse_is_said(tmp_path: Path, writer: StudyWriter) -> None
 
 def test_tables_without_any_log_are_refused(writer: StudyWriter) -> None:
     writer.add("01", lambda conditions, repetition: True)
-    writer.log("01").unlink()
+    (writer.folder / writer.paths("01").log).unlink()
     with pytest.raises(UsageError, match="whether it is simulated are not known"):
         read_trials(writer.folder)

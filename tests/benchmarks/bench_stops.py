@@ -31,7 +31,7 @@ from autd_trials.array.autd3_backend import Autd3Backend
 from autd_trials.array.link import EmulatorLink
 from autd_trials.array.phased_array import PhasedArray
 from autd_trials.clock import RealClock
-from autd_trials.errors import TrialsError
+from autd_trials.errors import DeviceError, TrialsError
 from autd_trials.protocol.load import find_protocol, load_protocol
 from autd_trials.protocol.plan import Plan, PlannedBlock, make_plan
 from autd_trials.protocol.schema import Protocol
@@ -99,13 +99,27 @@ class GoesOn:
         return Decision(go_on=True)
 
 
+class SlowDisk:
+    """Makes fsync slow from a trial's start on, until the array was halted."""
+
+    def __init__(self) -> None:
+        self.slow = False
+        self._fsync = os.fsync
+        os.fsync = self.fsync
+
+    def fsync(self, descriptor: Any) -> None:
+        if self.slow:
+            time.sleep(_HELD_UP_S)
+        self._fsync(descriptor)
+
+
 @dataclass
 class Halted:
     """Halts the array and keeps when its devices had reported that they are silent."""
 
     array: PhasedArray
     backend: Autd3Backend
-    disk: "SlowDisk | None"
+    disk: SlowDisk | None
     silent_s: float = 0.0
     known: Event = field(default_factory=Event)
 
@@ -126,11 +140,12 @@ def serve(case: str, sessions: int, folder: Path) -> None:
     protocol = load_protocol(_protocol(folder))
     units = load_rig("emulated", datetime.now(UTC)).calibration.unit_poses()
     for number in range(sessions):
+        plan = make_plan(protocol, place=1, session=1, seed=number)
         _run(case, protocol, plan, units, folder / str(number), disk)
 
 
 def _run(
-    case: str, protocol: Protocol, plan: Plan, units: list[Any], path: Path, disk: "SlowDisk | None"
+    case: str, protocol: Protocol, plan: Plan, units: list[Any], path: Path, disk: SlowDisk | None
 ) -> None:
     clock, interrupts = RealClock(), Interrupts()
     backend = Autd3Backend(EmulatorLink(), clock)
@@ -140,7 +155,7 @@ def _run(
     halted = Halted(array, backend, disk)
     interrupts.on_abort = halted
     with interrupts.on_signals(in_a_thread=True), EventLog.create(path) as log:
-        described = devices.open()
+        described = _open(devices)
         if case == "slow device call":
             _slow_down(array)
         recorder = Recorder(log, clock, listeners=[_listener(case, disk)])
@@ -163,7 +178,14 @@ def _run(
             devices.close()
 
 
-def _listener(case: str, disk: "SlowDisk | None") -> Callable[[events.Event], None]:
+def _open(devices: Devices) -> events.DeviceDescriptions:
+    """Open the devices; on a busy computer the emulator may take longer than it is waited for."""
+    while True:
+        with contextlib.suppress(DeviceError):
+            return devices.open()
+
+
+def _listener(case: str, disk: SlowDisk | None) -> Callable[[events.Event], None]:
     def listen(event: events.Event) -> None:
         if event.event == "trial-start" and disk is not None:
             disk.slow = True  # the line that follows the start command waits for it, in mid-burst
@@ -186,16 +208,6 @@ def _slow_down(array: PhasedArray) -> None:
         time.sleep(_HELD_UP_S)
 
     array.watch = slow_look  # type: ignore[method-assign]
-
-
-def _slow_down_the_disk() -> None:
-    fsync = os.fsync
-
-    def slow_fsync(descriptor: int) -> None:
-        time.sleep(_HELD_UP_S)
-        fsync(descriptor)
-
-    os.fsync = slow_fsync
 
 
 def _record_start(recorder: Recorder, protocol: Protocol, plan: Plan, described: Any) -> None:

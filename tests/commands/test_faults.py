@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ Data = dict[str, Any]
 def make_real(rig: Data, calibration: Data) -> None:
     rig["array"]["link"] = {"interface": "nosuchnic0"}
     rig["array"]["limits"]["largest_ear_level_db"] = 100
-    calibration["made_up"] = False
+    calibration |= {"made_up": False, "origin": "measured", "taken": datetime.now(UTC).isoformat()}
 
 
 def break_rotation(_rig: Data, calibration: Data) -> None:

@@ -15,8 +15,10 @@ from autd_trials.protocol.schema import Factor, Factors
 from autd_trials.records.bids import export_study
 from autd_trials.records.log import EventLog
 from autd_trials.session.events import SessionStart
+from autd_trials.testing.script import START, SessionScript
+from autd_trials.testing.studies import make_protocol
 from tests.conftest import program
-from tests.records.conftest import START, SessionScript, largest_file, make_protocol
+from tests.records.conftest import largest_file
 
 LATER = START + timedelta(days=1)
 

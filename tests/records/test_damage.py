@@ -20,7 +20,7 @@ from autd_trials.records.roster import known_participant, place_of
 from autd_trials.records.sessions import study_sessions, take_up
 from autd_trials.records.verify import verify_study
 from autd_trials.session.events import Note
-from tests.records.conftest import SessionScript
+from autd_trials.testing.script import SessionScript
 
 UTC_TEXT = "2026-11-22T09:30:00+00:00"
 BAD_TIMES = [

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.records.log import EventLog, has_begun, read_log, read_start
 from autd_trials.session.events import Event, Fault, Note, Pause, ResponseMade, SessionEnd, StimulusStart
-from tests.records.conftest import SessionScript, largest_file, write_log
+from autd_trials.testing.script import SessionScript, write_log
+from tests.records.conftest import largest_file
 
 KILLS = 20
 UTC_TEXT = "2026-11-22T10:00:00+00:00"

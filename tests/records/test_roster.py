@@ -10,7 +10,7 @@ from autd_trials.records.layout import source_folder
 from autd_trials.records.log import EventLog
 from autd_trials.records.roster import known_participant, next_participant, place_of
 from autd_trials.records.sessions import find_session, new_session, study_lock, take_up
-from tests.records.conftest import SessionScript
+from autd_trials.testing.script import SessionScript
 
 TASK = "chestcatch"
 

@@ -13,7 +13,7 @@ from autd_trials.records.sessions import (
     study_sessions,
     take_up,
 )
-from tests.records.conftest import SessionScript
+from autd_trials.testing.script import SessionScript
 
 TASK = "chestcatch"
 

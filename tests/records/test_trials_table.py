@@ -6,7 +6,8 @@ from autd_trials.protocol.schema import Factor, Factors
 from autd_trials.records.log import LogContents
 from autd_trials.records.trials_table import trial_columns, trial_rows
 from autd_trials.tables import RESERVED_NAMES, Value, cells, describe
-from tests.records.conftest import SessionScript, make_protocol
+from autd_trials.testing.script import SessionScript
+from autd_trials.testing.studies import make_protocol
 
 
 def rows(script: SessionScript) -> list[dict[str, Value]]:
@@ -120,7 +121,7 @@ def test_levels_of_all_protocols_of_a_study_are_described() -> None:
     sidecar = describe(trial_columns([make_protocol(), later]))
     assert sidecar["clothing"]["Levels"] == {
         "inner": "inner",
-        "inner+outer": "inner+outer",
+        "inner_outer": "inner_outer",
         "coat": "A winter coat.",
     }
     assert sidecar["modulation_hz"]["Units"] == "Hz"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from autd_trials.errors import DeviceError
 from autd_trials.records.chain import Head, Line, split_lines
 from autd_trials.records.log import EventLog, is_being_written, read_log
-from tests.records.conftest import SessionScript
+from autd_trials.testing.script import SessionScript
 
 
 def remove(path: Path) -> None:
@@ -53,7 +53,9 @@ def replace_with_a_copy(path: Path) -> None:
 def overwrite_the_end(path: Path) -> None:
     with path.open("r+b") as file:
         file.seek(-9, os.SEEK_END)
-        file.write(b"0")
+        was = file.read(1)
+        file.seek(-9, os.SEEK_END)
+        file.write(b"1" if was == b"0" else b"0")
 
 
 HARM = [

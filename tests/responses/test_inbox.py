@@ -39,6 +39,16 @@ def test_endless_wait_is_possible_and_ends_with_an_item() -> None:
     timer.join()
 
 
+def test_a_source_too_far_ahead_is_lost_with_what_found_no_room() -> None:
+    inbox: Inbox[int] = Inbox(CLOCK, most=10)
+    assert inbox.put(range(8))
+    assert not inbox.put(range(8, 15))
+    assert not inbox.put([99])
+    assert inbox.take(math.inf) == list(range(10))
+    with pytest.raises(DeviceError, match="more than 10 inputs wait to be read; the last 5 were dropped"):
+        inbox.take(math.inf)
+
+
 def test_loss_comes_after_the_items() -> None:
     inbox: Inbox[str] = Inbox(CLOCK)
     inbox.put(["last"])

@@ -3,6 +3,7 @@
 import itertools
 import os
 import tty
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,8 +12,9 @@ from hypothesis import strategies as st
 
 from autd_trials.clock import RealClock
 from autd_trials.errors import DeviceError
+from autd_trials.inbox import MOST_ITEMS
 from autd_trials.responses.box_protocols import LineProtocol, SingleByteProtocol, XidProtocol
-from autd_trials.responses.responder import Press
+from autd_trials.responses.responder import Input, Press, Unreadable
 from autd_trials.responses.serial_box import SerialBox, ftdi_latency_s
 from tests.conftest import PseudoTerminal
 from tests.responses.conftest import XidPad
@@ -20,12 +22,25 @@ from tests.responses.conftest import XidPad
 SOON_S = 2.0
 
 
-def read_all(box: SerialBox, count: int) -> list[Press]:
+def read_inputs(box: SerialBox, done: Callable[[list[Input]], bool]) -> list[Input]:
+    """Read until `done`, or nothing came for a while."""
     clock = RealClock()
-    presses: list[Press] = []
-    while len(presses) < count and (new := box.read(clock.now_s() + SOON_S)):
-        presses += new
-    return presses
+    inputs: list[Input] = []
+    while not done(inputs) and (new := box.read(clock.now_s() + SOON_S)):
+        inputs += new
+    return inputs
+
+
+def presses_of(inputs: list[Input]) -> list[Press]:
+    return [each for each in inputs if isinstance(each, Press)]
+
+
+def unreadable_bytes(inputs: list[Input]) -> int:
+    return sum(int(each.what.split()[0]) for each in inputs if isinstance(each, Unreadable))
+
+
+def read_all(box: SerialBox, count: int) -> list[Press]:
+    return presses_of(read_inputs(box, lambda inputs: len(presses_of(inputs)) >= count))
 
 
 def test_presses_carry_arrival_and_device_time(line: PseudoTerminal) -> None:
@@ -55,17 +70,54 @@ def test_uncertainty_grows_with_the_time_on_the_line(line: PseudoTerminal) -> No
     )
 
 
-def test_ten_thousand_presses_in_a_burst_between_noise_all_come_in_order(line: PseudoTerminal) -> None:
+def test_thousands_of_presses_in_a_burst_between_noise_all_come_in_order(line: PseudoTerminal) -> None:
     box = SerialBox(line.name, LineProtocol(), RealClock())
     box.open()
     noise = bytes(range(14, 66))  # no line ends in it
-    line.send(b"".join(b"%b\r\nB1 %d\r\n" % (noise if n % 100 == 0 else b"", n) for n in range(10_000)))
-    presses = read_all(box, 10_000)
-    garbage_bytes = box.garbage_bytes
+    line.send(b"".join(b"%b\r\nB1 %d\r\n" % (noise if n % 100 == 0 else b"", n) for n in range(5_000)))
+    inputs = read_inputs(box, lambda inputs: len(presses_of(inputs)) >= 5_000)
     box.close()
-    assert [press.device_time_s for press in presses] == [n / 1000 for n in range(10_000)]
-    assert all(first.time_s <= second.time_s for first, second in itertools.pairwise(presses))
-    assert garbage_bytes == 100 * len(noise)
+    assert [press.device_time_s for press in presses_of(inputs)] == [n / 1000 for n in range(5_000)]
+    assert all(first.time_s <= second.time_s for first, second in itertools.pairwise(inputs))
+    assert unreadable_bytes(inputs) == 50 * len(noise)
+
+
+def test_a_flood_is_a_loss_and_takes_no_more_memory(line: PseudoTerminal) -> None:
+    box = SerialBox(line.name, SingleByteProtocol(buttons={"A": "left"}), RealClock())
+    box.open()
+    line.send(b"A" * (MOST_ITEMS + 2_000))
+    inbox = box._inbox
+    while inbox.put([]):  # until it is full
+        RealClock().sleep_until(RealClock().now_s() + 0.001)
+    assert len(box.read(0.0)) == MOST_ITEMS
+    with pytest.raises(DeviceError, match="wait to be read"):
+        box.read(0.0)
+    box.close()
+
+
+@pytest.mark.parametrize(
+    "sent", [b"b1 12\r\n", b"B1,12\r\n", b"alive\r\n", b"B1 12", b"\x80\xfe\x01\x80\n", b"\x1b[2J\n"]
+)
+def test_what_the_protocol_does_not_know_is_said_in_printable_words(
+    line: PseudoTerminal, sent: bytes
+) -> None:
+    box = SerialBox(line.name, LineProtocol(), RealClock())
+    box.open()
+    line.send(sent)
+    (found,) = read_inputs(box, bool)
+    box.close()
+    assert isinstance(found, Unreadable)
+    assert found.may_be_answer
+    assert f"{len(sent.strip())} bytes that the box's protocol does not know: " in found.what
+    assert found.what.isprintable()
+
+
+def test_only_the_declared_buttons_mean_felt(line: PseudoTerminal) -> None:
+    box = SerialBox(line.name, LineProtocol(), RealClock())
+    box.open()
+    line.send(b"B1\nB2\n")
+    assert [(press.button, press.felt) for press in read_all(box, 2)] == [("B1", True), ("B2", False)]
+    box.close()
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -87,11 +139,13 @@ def test_same_presses_however_the_bytes_are_written(
 
 
 def test_bounces_are_kept(line: PseudoTerminal) -> None:
-    box = SerialBox(line.name, SingleByteProtocol(buttons={"A": "left", "B": "right"}), RealClock())
+    protocol = SingleByteProtocol(buttons={"A": "left", "B": "right"}, felt=("left",))
+    box = SerialBox(line.name, protocol, RealClock())
     box.open()
     line.send(b"AABxA")
-    assert [press.button for press in read_all(box, 4)] == ["left", "left", "right", "left"]
-    assert box.garbage_bytes == 1
+    inputs = read_inputs(box, lambda inputs: len(presses_of(inputs)) >= 4)
+    assert [press.button for press in presses_of(inputs)] == ["left", "left", "right", "left"]
+    assert unreadable_bytes(inputs) == 1
     box.close()
 
 
@@ -137,7 +191,7 @@ def test_presses_just_before_the_unplugging_are_delivered_first(line: PseudoTerm
     )  # a pty, unlike USB, forgets what was not read when closed
     line.unplug()
     RealClock().sleep_until(RealClock().now_s() + 0.2)
-    assert [press.button for press in box.read(0.0)] == ["B1", "B2"]
+    assert [press.button for press in presses_of([*box.read(0.0)])] == ["B1", "B2"]
     with pytest.raises(DeviceError, match="lost"):
         box.read(0.0)
     box.close()

@@ -10,8 +10,8 @@ from autd_trials.clock import VirtualClock
 from autd_trials.session.axis import taken_up
 from autd_trials.session.events import Event, HostTime, Note, SessionStart
 from autd_trials.session.recorder import Recorder
-from tests.records.conftest import START, SessionScript
-from tests.session.conftest import MemoryLog
+from autd_trials.testing.script import START, SessionScript
+from autd_trials.testing.stage import MemoryLog
 
 BOOT = HostTime(boot="a", since_boot_s=1000.0)
 

@@ -12,7 +12,8 @@ from autd_trials.session.changes import device_changes, refuse_less_safe, rig_ch
 from autd_trials.session.events import Json
 from autd_trials.session.standing import Standing, standing
 from autd_trials.stimulus import Limits
-from tests.records.conftest import DEVICES, SessionScript
+from autd_trials.testing.script import SessionScript
+from autd_trials.testing.studies import DEVICES
 
 LIMITS = Limits(largest_drive=0.5, longest_burst_s=1.0, largest_duty=0.3, session_exposure_s=3.0)
 RIG: Json = {

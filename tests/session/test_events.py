@@ -7,7 +7,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from autd_trials.session.events import Event, Resume
-from tests.records.conftest import SessionScript
+from autd_trials.testing.script import SessionScript
 
 EVENT: TypeAdapter[Event] = TypeAdapter(Event)
 UTC_TEXT = "2026-11-22T09:00:00.000000+00:00"

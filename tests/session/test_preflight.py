@@ -19,7 +19,8 @@ from autd_trials.protocol.schema import Factor, Factors, Protocol, StimulusSpec,
 from autd_trials.session.preflight import Preflight, Used, preflight
 from autd_trials.session.runner import Done
 from autd_trials.stimulus import Limits, duty_of_equal_bursts, largest_duty
-from tests.session.conftest import LIMITS, Stage, small_protocol
+from autd_trials.testing.stage import LIMITS, Stage, make_stage
+from tests.session.conftest import small_protocol
 
 
 def judge(protocol: Protocol, limits: Limits = LIMITS, used: Used | None = None, seed: int = 1) -> Preflight:
@@ -92,7 +93,7 @@ def test_every_level_that_a_method_may_choose_is_judged(smallest: float) -> None
 
 def test_a_target_out_of_reach_is_refused() -> None:
     with pytest.raises(UsageError, match="out of reach"):
-        judge(small_protocol(targets={"chest": Target(x_mm=0.0, y_mm=0.0, z_mm=4000.0)}))
+        judge(small_protocol(targets={"sternum": Target(x_mm=0.0, y_mm=0.0, z_mm=4000.0)}))
 
 
 def test_short_adaptive_runs_are_remarked() -> None:
@@ -128,7 +129,8 @@ def test_whatever_passes_runs_without_being_stopped(
         longest_s = max(durations)  # refused only for what some order of the trials could have had
         assert duty_of_equal_bursts(longest_s, window_s + pause_s) > limit
         return
-    stage = Stage.of_protocol(protocol, make_plan(protocol, place=1, session=1, seed=seed))
+    stage = make_stage(protocol)
+    stage.plan = make_plan(protocol, place=1, session=1, seed=seed)
     stage.limits = limits
     events = stage.run()
     assert stage.of("session-end")[-1].status == "success"  # type: ignore[union-attr]
@@ -148,7 +150,7 @@ def test_bursts_before_a_resume_delay_the_next_onset_instead_of_ending_the_sessi
     assert notes == []
     assert stage.of("session-end")[-1].status == "success"  # type: ignore[union-attr]
 
-    second = Stage.of_protocol(stage.protocol, stage.plan)
+    second = make_stage(stage.protocol)
     second.limits = stricter(largest_duty=0.25)
     second.earlier_bursts = tuple((-29.0 + 2 * number, -28.0 + 2 * number) for number in range(15))
     events = second.run()
@@ -160,5 +162,5 @@ def test_bursts_before_a_resume_delay_the_next_onset_instead_of_ending_the_sessi
 
 
 def test_the_stimulus_is_in_words_of_the_array() -> None:
-    spec = StimulusSpec(duration_s=1.0, modulation_hz=100.0, target="chest", drive=0.5)
+    spec = StimulusSpec(duration_s=1.0, modulation_hz=100.0, target="sternum", drive=0.5)
     assert judge(small_protocol(stimulus=spec)).exposure_s == pytest.approx(4 * 0.25)

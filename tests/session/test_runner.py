@@ -15,7 +15,8 @@ from autd_trials.session.events import (
     TrialEnd,
 )
 from autd_trials.session.runner import Done
-from tests.session.conftest import PAUSE_S, WINDOW_S, Stage
+from autd_trials.testing.stage import Stage
+from tests.session.conftest import PAUSE_S, WINDOW_S
 
 
 def _complete(events: list[Event]) -> list[int]:
@@ -81,7 +82,7 @@ def test_a_catch_trial_does_everything_and_emits_nothing(stage: Stage) -> None:
 def test_a_press_is_kept_with_its_phase_and_response_time(
     stage: Stage, after_s: float, phase: str, response: str
 ) -> None:
-    stage.responder.press_after_s = (after_s,)
+    stage.script.press_after_s = (after_s,)
     events = stage.run()
     presses = [event for event in events if isinstance(event, ResponseMade)]
     assert [press.phase for press in presses[:5]] == [phase] * 5
@@ -90,7 +91,7 @@ def test_a_press_is_kept_with_its_phase_and_response_time(
 
 
 def test_repeated_presses_are_all_kept_and_the_first_counts(stage: Stage) -> None:
-    stage.responder.press_after_s = (0.4, 0.5, 0.6)
+    stage.script.press_after_s = (0.4, 0.5, 0.6)
     events = stage.run()
     assert len([event for event in events if isinstance(event, ResponseMade)]) == 18
     ends = [event for event in events if isinstance(event, TrialEnd)]
@@ -133,7 +134,7 @@ def test_an_abort_in_mid_stimulus_silences_before_it_logs(stage: Stage) -> None:
             silent_when_logged.append(_silent_at(stage, stage.clock.now_s()))
 
     # A press half-way makes the watch look again in mid-stimulus, and there is the second Ctrl-C.
-    stage.responder.press_after_s = (0.5,)
+    stage.script.press_after_s = (0.5,)
     stage.listeners.append(ask)
     stage.log.on_append = lambda event: stage.interrupts.request() if event.event == "response" else None
     with pytest.raises(StoppedByPerson):
@@ -147,7 +148,7 @@ def test_an_abort_in_mid_stimulus_silences_before_it_logs(stage: Stage) -> None:
 
 def test_a_lost_responder_pauses_and_the_trial_runs_again(stage: Stage) -> None:
     stage.operator.go_on = 1
-    stage.responder.lost_at_s = 3.0 + PAUSE_S + 0.5
+    stage.script.lost_at_s = 3.0 + PAUSE_S + 0.5
     events = stage.run()
     assert _complete(events) == [1, 2, 3, 4, 5, 6]
     first = [event for event in events if isinstance(event, TrialEnd) and event.trial == 1]
@@ -230,6 +231,6 @@ def test_a_broken_listener_is_dropped_and_the_session_goes_on(stage: Stage) -> N
 
 
 def test_times_never_go_back(stage: Stage) -> None:
-    stage.responder.press_after_s = (0.3, 2.7)
+    stage.script.press_after_s = (0.3, 2.7)
     times = [event.t_s for event in stage.run()]
     assert times == sorted(times)

@@ -11,7 +11,8 @@ from autd_trials.protocol.method import Range, Staircase
 from autd_trials.session.events import Event, StimulusStart, TrialEnd, TrialStart
 from autd_trials.session.standing import Standing, standing
 from autd_trials.stimulus import total_exposure_s
-from tests.records.conftest import SessionScript, make_protocol
+from autd_trials.testing.script import SessionScript
+from autd_trials.testing.studies import make_protocol
 
 
 def where(script: SessionScript) -> Standing:

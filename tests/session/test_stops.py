@@ -17,7 +17,8 @@ from autd_trials.errors import StoppedByPerson
 from autd_trials.session.events import Event, SessionEnd, StimulusStart, TrialEnd
 from autd_trials.session.interrupts import Interrupts
 from autd_trials.stimulus import Limits
-from tests.session.conftest import PAUSE_S, Stage
+from autd_trials.testing.stage import Stage
+from tests.session.conftest import PAUSE_S
 
 LONG_S = 8.0
 
@@ -50,7 +51,7 @@ def test_an_abort_halts_the_array_before_anything_else_happens(stage: Stage) -> 
 
 @pytest.mark.parametrize("kind", ["trial-start", "stimulus", "response", "trial-end", "block-start", "pause"])
 def test_an_abort_at_any_event_ends_the_session_as_aborted(stage: Stage, kind: str) -> None:
-    stage.responder.press_after_s = (0.3,)
+    stage.script.press_after_s = (0.3,)
     stage.listeners.append(lambda e: stage.interrupts.request_abort() if e.event == kind else None)
     with pytest.raises(StoppedByPerson):
         stage.run()

@@ -7,7 +7,7 @@ from autd_trials.protocol.schema import Factor, Factors
 from autd_trials.session.events import StimulusStart, TrialStart
 from autd_trials.session.runner import Done
 from autd_trials.session.tracks import Tracks, possible_stimuli
-from tests.session.conftest import Stage
+from autd_trials.testing.stage import Stage
 
 METHOD = Staircase(
     kind="staircase", varies="drive", range=Range(smallest=0.125, largest=1.0, levels=4), start=1.0
@@ -38,7 +38,7 @@ def drives(stage: Stage) -> dict[tuple[int, object], list[float]]:
 
 
 def test_every_condition_of_every_block_has_a_track_of_its_own(stage: Stage) -> None:
-    adaptive(stage).responder.press_after_s = (0.3,)  # felt every time
+    adaptive(stage).script.press_after_s = (0.3,)  # felt every time
     stage.run()
     assert drives(stage) == {(block, hz): [1.0, 0.5, 0.25, 0.125] for block in (1, 2) for hz in (50.0, 100.0)}
 
@@ -51,7 +51,7 @@ def test_what_is_not_felt_leads_up_and_catch_trials_lead_nowhere(stage: Stage) -
 
 
 def test_the_exposure_is_that_of_the_level(stage: Stage) -> None:
-    adaptive(stage).responder.press_after_s = (0.3,)
+    adaptive(stage).script.press_after_s = (0.3,)
     stage.run()
     exposures = [e for e in stage.log.events if isinstance(e, StimulusStart)]
     assert all(event.exposure_s == event.drive**2 * event.duration_s for event in exposures)

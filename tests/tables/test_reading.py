@@ -2,6 +2,7 @@
 
 import time
 import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -113,9 +114,12 @@ def test_what_is_too_large_is_refused_with_bounded_memory(tmp_path: Path, conten
     st.sampled_from(",;\t"),
 )
 def test_numbers_are_read_exactly(
-    tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[float, float]], spell: object, separator: str
+    tmp_path_factory: pytest.TempPathFactory,
+    rows: list[tuple[float, float]],
+    spell: Callable[[float], str],
+    separator: str,
 ) -> None:
-    text = "".join(separator.join(map(spell, row)) + "\n" for row in rows)  # type: ignore[arg-type]
+    text = "".join(separator.join(map(spell, row)) + "\n" for row in rows)
     path = write(
         tmp_path_factory.mktemp("t"), f"b{separator}c{separator}a\n" + text.replace("\n", separator + "7\n")
     )
@@ -203,7 +207,7 @@ def test_the_first_line_that_is_wrong_is_named(tmp_path: Path) -> None:
 def test_gaps_and_a_last_line_that_was_cut_off(tmp_path: Path) -> None:
     path = write(tmp_path, "a,b\n1,nan\n2,3\n3,")
     found = read_quantities(path, "table", [Quantity("a"), Quantity("b", gaps=True)], unfinished=True)
-    assert np.array_equal(found, [[1, np.nan], [2, 3]], equal_nan=True)
+    assert np.array_equal(found, np.array([[1, np.nan], [2, 3]]), equal_nan=True)
     assert read_quantities(write(tmp_path, "a,b\n1,2\n3,4"), "table", AB).shape == (2, 2)
 
 

@@ -36,7 +36,7 @@ def names_beside_factors() -> set[str]:
     names = {column.name for column in plan_columns(plan)} - set(plan.trials[0].conditions)
     names |= {column.name for column in trial_columns([make_protocol(factors=Factors())])} - {"drive"}
     row = TrialRow("1", "1", 1, 1, 1, "catch", "complete", True, None, {})
-    names |= set(data_frame([row], Design("none", None, (), ())))
+    names |= set(map(str, data_frame([row], Design("none", None, (), ())).columns))
     for declared in result_tables():
         if declared.condition is not None:
             names |= {column.name for column in declared.fixed_columns(simulated=False)}

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Callable
 
 import pytest
 from hypothesis import given
@@ -29,8 +30,10 @@ def test_a_whole_number_is_written_exactly(value: int) -> None:
 
 
 @given(FINITE, st.sampled_from(["", "+", " "]), st.sampled_from([repr, "{:.17e}".format, level_text]))
-def test_all_spellings_of_a_level_are_one_key(level: float, before: str, spell: object) -> None:
-    text = spell(level)  # type: ignore[operator]
+def test_all_spellings_of_a_level_are_one_key(
+    level: float, before: str, spell: Callable[[float], str]
+) -> None:
+    text = spell(level)
     written = text if text.startswith("-") else before + text
     assert spelled_levels({written: "about it"}) == {level_text(level): "about it"}
 

@@ -16,6 +16,7 @@ from autd_trials.clock import RealClock
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.inbox import Inbox
 from autd_trials.responses.keyboard import KeyboardResponder
+from autd_trials.responses.responder import Press
 from autd_trials.terminal import Terminal
 from autd_trials.terminal.keys import Key
 from tests.conftest import PseudoTerminal
@@ -78,7 +79,8 @@ def test_responder_leaves_controls_to_the_runner(pty: PseudoTerminal, terminal: 
     pty.send(b"p \rnba")
     buttons: list[str] = []
     while len(buttons) < 3:
-        buttons += [press.button for press in responder.read(CLOCK.now_s() + SOON_S)]
+        found = responder.read(CLOCK.now_s() + SOON_S)
+        buttons += [press.button for press in found if isinstance(press, Press)]
     assert buttons == ["space", "enter", "b"]
     assert take_text(terminal.commands, 3) == "pna"
     responder.close()

@@ -16,7 +16,8 @@ from analysis.study import analyse
 from analysis.trials import Trials
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level
-from tests.analysis.conftest import CHEST_COUNTS, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 from tests.analysis.psychometric.conftest import OCTAVES
 
 
@@ -141,7 +142,7 @@ def test_a_drive_of_zero_is_no_stimulus() -> None:
 
 
 def test_people_without_trials_in_a_condition_are_left_out_of_it(writer: StudyWriter) -> None:
-    writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=30, status="aborted")
+    writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=30)
     writer.add("02", chest_answer(CHEST_COUNTS[1]))
     (found,) = analyse(writer.folder).psychometric
     lost = next(each for each in found.participants if each.curve.notes == ("no trials",))

@@ -15,7 +15,8 @@ from analysis.output import write_results
 from analysis.study import Results, analyse, results_of
 from analysis.tables.all_tables import result_tables
 from autd_trials.protocol.schema import Comparison, Level
-from tests.analysis.conftest import CHEST_COUNTS, Answer, StudyWriter, chest_answer, chest_protocol
+from autd_trials.testing.recorded import Answer, StudyWriter
+from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 
 HOSTILE = '--><script>alert("1")</script>&amp;\'$\\alpha$'
 VOID = {"meta", "wbr", "br", "hr", "img", "input", "link", "area", "base", "col", "embed", "source", "track"}
@@ -73,20 +74,19 @@ def with_catch_trials(answer: Answer) -> Answer:
 @pytest.fixture(scope="module")
 def chest_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
     """The report of the chest study of `CHEST_COUNTS`, with a lost session."""
-    writer = StudyWriter(tmp_path_factory.mktemp("study") / "chest")
+    writer = StudyWriter(tmp_path_factory.mktemp("study") / "chest", chest_protocol())
     writer.protocol = chest_protocol(catch_trials=5)
     for number, counts in enumerate(CHEST_COUNTS, start=1):
         writer.add(
             f"{number:02}",
             with_catch_trials(chest_answer(counts)),
             trials=40 if number == 8 else None,
-            status="aborted" if number == 8 else "success",
         )
     return written(analyse(writer.folder), writer.folder / "derivatives" / "analysis")
 
 
 def written(results: Results, folder: Path) -> Report:
-    write_results(results, folder)
+    write_results(results, folder, formats=("svg",))
     return Report(results, folder, Page((folder / "report.html").read_text(encoding="utf-8")))
 
 
