@@ -13,7 +13,7 @@ from autd_trials.records.bids import export_study
 from autd_trials.records.disk import replace_text, write_new
 from autd_trials.records.log import EventLog
 from autd_trials.records.sessions import study_lock
-from tests.records.conftest import SessionScript
+from autd_trials.testing.script import SessionScript
 
 EXPORT = """
 import sys

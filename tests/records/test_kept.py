@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from autd_trials.records.bids import export_study
 from autd_trials.records.merging import NotATableError, merge_lines, merge_objects, merge_table
-from tests.records.conftest import SessionScript
+from autd_trials.testing.script import SessionScript
 from tests.records.test_bids import problems, table
 
 words = st.text(st.characters(categories=["L", "N"]), min_size=1, max_size=6)
