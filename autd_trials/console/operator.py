@@ -71,6 +71,13 @@ class TerminalOperator:
             f"Block {block.block}", arrange, "Is everything as it says, headphones on, eyes closed?"
         )
 
+    def confirm_participant(self, known: str) -> None:
+        """Show what is recorded under an id and ask whether it is the same person; no ends it."""
+        question = "Is this the same person?"
+        with self._asking("Known participant", known):
+            if not self._yes(question):
+                raise StoppedByPerson(f"not confirmed: {question}", do="choose another --participant")
+
     def confirm_resume(self, summary: str) -> None:
         """Show what is known of an interrupted session and ask whether it may go on; no ends it."""
         question = "Same participant, same set-up, and willing to go on?"

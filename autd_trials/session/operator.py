@@ -28,6 +28,9 @@ class Operator(Protocol):
     def confirm_block(self, block: PlannedBlock) -> None:
         """Return when the block's conditions (clothing, say) are as they must be."""
 
+    def confirm_participant(self, known: str) -> None:
+        """Return when a participant who is known already is the same person."""
+
     def confirm_resume(self, summary: str) -> None:
         """Return when an interrupted session may go on."""
 
@@ -45,6 +48,9 @@ class Unattended:
 
     def confirm_block(self, block: PlannedBlock) -> None:
         """Nobody wears anything."""
+
+    def confirm_participant(self, known: str) -> None:
+        """Nobody to take for another."""
 
     def confirm_resume(self, summary: str) -> None:
         """Go on."""

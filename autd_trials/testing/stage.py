@@ -94,6 +94,10 @@ class ScriptedOperator:
         """Take note of the block."""
         self.asked.append(f"block {block.block}")
 
+    def confirm_participant(self, known: str) -> None:
+        """Take note of what is known."""
+        self.asked.append(known)
+
     def confirm_resume(self, summary: str) -> None:
         """Take note of the summary."""
         self.asked.append(summary)

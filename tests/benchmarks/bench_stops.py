@@ -92,6 +92,9 @@ class GoesOn:
     def confirm_block(self, block: PlannedBlock) -> None:
         """Nobody wears anything."""
 
+    def confirm_participant(self, known: str) -> None:
+        """Nobody to take for another."""
+
     def confirm_resume(self, summary: str) -> None:
         """Go on."""
 
