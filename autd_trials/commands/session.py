@@ -118,7 +118,7 @@ def _begin(
         devices = here.devices.open()
         stack.callback(here.devices.close)
         here.interrupts.obey()
-        if (known := known_participant(study.folder, new.paths.participant)) is not None:
+        if not choices.simulated and (known := known_participant(study.folder, new.paths.participant)):
             here.operator.confirm_known(known)
         confirm_beginning(here.operator, study.protocol, plan, frozenset())
         with study_lock(study.folder):

@@ -41,6 +41,7 @@ class EventLog:
         self._path = path
         self._file = file
         self._durable = durable
+        self._head, self._size, self._tail, self._at_line_start = Head(), 0, b"", True
         try:
             _hold(path, file)
             self._take_stock()
