@@ -13,7 +13,7 @@ from autd_trials.calibration.pairing import pair_interpolated
 from autd_trials.calibration.registration import Registered, register_jointly, register_paper
 from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
 from autd_trials.calibration.sensor_model import Sensor, SensorNoise
-from autd_trials.calibration.solve import Settings
+from autd_trials.calibration.settings import Settings
 from autd_trials.calibration.track import Track
 from tests.calibration.scenes import Scene, cube, hand_path, scene
 

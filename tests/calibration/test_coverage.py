@@ -1,4 +1,6 @@
-"""The truth lies in the reported 95 % ellipsoid about as often as that says. The benchmark has the long table."""
+"""The truth lies in the reported 95 % ellipsoid about as often as that says; the benchmark has more."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -33,11 +35,11 @@ def test_the_truth_is_inside(situation: Situation, right_ranges: bool) -> None:
 @pytest.mark.parametrize("angles_deg", [(0, 20), (0, 90)])
 def test_the_default_is_never_clearly_worse_than_the_papers_method(angles_deg: tuple[float, ...]) -> None:
     """Neither where the ranges are right nor where points are no camera's, nor where noise is another."""
-    right = {"bias_mm": 0.0, "scale": 0.0}
+    right = Situation("right ranges", angles_deg, bias_mm=0.0, scale=0.0)
     for situation in (
-        Situation("right ranges", angles_deg, **right),
-        Situation("isotropic centimetres, not declared", angles_deg, noise=SensorNoise(10, 10), **right),
-        Situation("noise across", angles_deg, noise=SensorNoise(1, 3), **right),
+        right,
+        replace(right, name="isotropic centimetres, not declared", noise=SensorNoise(10, 10)),
+        replace(right, name="noise across", noise=SensorNoise(1, 3)),
     ):
         judged = [judge(situation, seed) for seed in range(10)]
         ours, paper = (

@@ -15,7 +15,8 @@ from autd_trials.calibration.file import Calibration, load_calibration, write_ca
 from autd_trials.calibration.pose_error import energy_left
 from autd_trials.calibration.report import report, report_text
 from autd_trials.calibration.rigid import RigidMotion
-from autd_trials.calibration.solve import Settings, Solution, calibrate
+from autd_trials.calibration.settings import Settings
+from autd_trials.calibration.solve import Solution, calibrate
 from autd_trials.calibration.track import Track
 from autd_trials.errors import UsageError
 from tests.calibration.scenes import Scene, record, scene
