@@ -178,7 +178,7 @@ class Problem:
         kept = np.ix_(self.uncertain, self.uncertain)
         scatter[kept] += _of_few(*long_run_covariance(full[:, self.uncertain]))
         inverse = np.linalg.inv(bread[kept])
-        covariance = np.zeros_like(bread)
+        covariance: NDArray[np.float64] = np.zeros_like(bread)
         covariance[kept] = inverse @ scatter[kept] @ inverse
         return covariance
 

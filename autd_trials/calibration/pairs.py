@@ -12,7 +12,9 @@ from autd_trials.acoustics.air import Air
 from autd_trials.array.geometry import Vectors
 from autd_trials.calibration.provenance import Source
 from autd_trials.calibration.rigid import RigidMotion
-from autd_trials.calibration.solve import Settings, Sightings, Solution, solve
+from autd_trials.calibration.settings import Settings
+from autd_trials.calibration.sightings import Sightings
+from autd_trials.calibration.solve import Solution, solve
 from autd_trials.calibration.track import refuse_other_units_of_measure
 from autd_trials.errors import UsageError
 from autd_trials.tables import Quantity, read_quantities

@@ -1,9 +1,8 @@
 """From what the units saw to a calibration: where they stand, and how well that is known."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,96 +15,19 @@ from autd_trials.calibration.file import CalibratedUnit, Calibration, Counts, Ra
 from autd_trials.calibration.impossible import refuse_impossible
 from autd_trials.calibration.joint import JointEstimate
 from autd_trials.calibration.normal_equations import Wand
-from autd_trials.calibration.pairing import pair_interpolated, pair_nearest
 from autd_trials.calibration.provenance import Source, provenance
 from autd_trials.calibration.registration import Registered, register_jointly, register_paper
 from autd_trials.calibration.rigid import RigidMotion
-from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
-from autd_trials.calibration.sensor_model import Sensor, SensorNoise
+from autd_trials.calibration.sensor_model import Sensor
+from autd_trials.calibration.settings import Settings
+from autd_trials.calibration.sightings import Sightings, paired, sensors_of
 from autd_trials.calibration.track import Track
 from autd_trials.errors import UsageError
-
-_WIDEST_VIEW_DEG = 150.0
 
 FRAME = (
     "unit 1's: origin at transducer 0 of its device 0 (a corner), x to the right, y up, z out along the "
     "emission; mm"
 )
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How to calibrate.
-
-    Attributes
-    ----------
-    method
-        ``joint`` (robust start, maximum likelihood) or ``paper`` (equations 1 to 10).
-    pairing
-        ``interpolated`` (with the clocks' offset) or ``nearest`` (the paper's).
-    mad_factor
-        Of the paper's equation 10.
-    range_bias
-        Whether the sensors' ranges may be wrong by a constant (20 mm, standard deviation); it is corrected
-        where the points show it. Not by the paper's method.
-    range_scale_sd
-        By what share of the range the sensors may be wrong (standard deviation). Points do not see it: it
-        makes the covariance larger. 0 for sensors whose scale was checked. Not by the paper's method.
-    noise
-        Of the sensors; its shape matters, its size is estimated.
-    viewpoint
-        Whether the points were seen from the origin of their frame, as by a camera; one for all units, or one
-        each; None: of tracks yes, of pairs no. Without one (robots, motion capture,
-        SLAM, markers) noise is the same in all directions, and there are no ranges to be wrong.
-    target_mm
-        Where the energy is predicted, in the calibrated frame; the cloud's centre if None.
-    seed
-        Of all that is random.
-    """
-
-    method: Literal["joint", "paper"] = "joint"
-    pairing: Literal["interpolated", "nearest"] = "interpolated"
-    mad_factor: float = NORMAL_MAD_FACTOR
-    range_bias: bool = True
-    range_scale_sd: float = 0.005
-    viewpoint: bool | tuple[bool, ...] | None = None
-    noise: SensorNoise = field(default_factory=SensorNoise)
-    target_mm: tuple[float, float, float] | None = None
-    seed: int = 1
-
-    def sensor(self, *, viewpoint: bool) -> Sensor:
-        """Return what is known of a sensor."""
-        if not viewpoint:
-            return Sensor.without_viewpoint(self.noise.isotropic.along_mm)
-        return Sensor(self.noise, Sensor.bias_sd_mm if self.range_bias else 0.0, self.range_scale_sd)
-
-
-@dataclass(frozen=True, eq=False)
-class Sightings:
-    """The same points as all units saw them.
-
-    Attributes
-    ----------
-    names
-        Of the units.
-    points_mm
-        In each sensor's own frame, shape (units, n, 3), in the order of time; NaN where a unit saw none.
-    viewpoint
-        Whether they were seen from the origin of their frame, if the settings do not say.
-    time_s
-        The first unit's times, shape (n,); None if nobody knows them.
-    velocities_mm_s
-        As the points; None to take the pairs as they are.
-    clock_offsets_s
-        What was added to the first unit's times to get each unit's; None without times.
-    """
-
-    names: Sequence[str]
-    points_mm: NDArray[np.float64]
-    viewpoint: bool
-    time_s: NDArray[np.float64] | None = None
-    velocities_mm_s: NDArray[np.float64] | None = None
-    clock_offsets_s: Vectors | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +104,7 @@ def calibrate(
         The tracks have too little in common, do not fit together or do not give a pose, or the target
         would lie behind a unit.
     """
-    sightings = _paired(tracks, settings, np.random.default_rng(settings.seed))
+    sightings = paired(tracks, settings, np.random.default_rng(settings.seed))
     return solve(
         sightings, settings, time=time, air=air, mounts=mounts, wands=wands, inputs=inputs, sources=sources
     )
@@ -208,7 +130,7 @@ def solve(
     """
     generator = np.random.default_rng(settings.seed)
     names = sightings.names
-    sensors, strange = _sensors(sightings, settings)
+    sensors, strange = sensors_of(sightings, settings)
     registered = _registered(sightings, settings, sensors, wands, generator)
     offsets_s = None
     if sightings.clock_offsets_s is not None:
@@ -244,33 +166,6 @@ def solve(
     return Solution(calibration, sightings.time_s, places_mm, sensors_mm, offsets_s, cloud, tuple(warnings))
 
 
-def _sensors(sightings: Sightings, settings: Settings) -> tuple[list[Sensor], list[str]]:
-    """Return what is known of each unit's sensor, and which frames turned out to be no camera's."""
-    units = len(sightings.names)
-    asked = sightings.viewpoint if settings.viewpoint is None else settings.viewpoint
-    declared = (asked,) * units if isinstance(asked, bool) else asked
-    if len(declared) != units:
-        raise UsageError(f"viewpoints are given for {len(declared)} units, there are {units}")
-    sensors, strange = [], []
-    for name, viewpoint, points_mm in zip(sightings.names, declared, sightings.points_mm, strict=True):
-        around = viewpoint and _all_around(points_mm[~np.isnan(points_mm[:, 0])])
-        sensors.append(settings.sensor(viewpoint=viewpoint and not around))
-        if around:
-            strange.append(
-                f"the points of {name} lie all around the origin of their frame, where no camera sees them: "
-                "it is taken as a frame without a viewpoint"
-            )
-    return sensors, strange
-
-
-def _all_around(points_mm: Vectors) -> bool:
-    """Return whether so wide a view is no camera's, from the directions but the 5 % farthest off."""
-    rays = points_mm / np.maximum(np.linalg.norm(points_mm, axis=1, keepdims=True), 1e-9)
-    middle = np.median(rays, axis=0)
-    cosines = rays @ middle / max(float(np.linalg.norm(middle)), 1e-9)
-    return bool(np.quantile(cosines, 0.05) < np.cos(np.radians(_WIDEST_VIEW_DEG / 2)))
-
-
 def _refuse_behind(calibration: Calibration, target_mm: tuple[float, float, float]) -> None:
     for unit in calibration.unit_poses():
         if (np.array(target_mm) - unit.centre_mm) @ unit.axis <= 0:
@@ -279,28 +174,6 @@ def _refuse_behind(calibration: Calibration, target_mm: tuple[float, float, floa
                 do="correct the mounts: sensors look along their unit's z, out along the emission; or "
                 "declare frames that are no cameras'",
             )
-
-
-def _paired(tracks: Sequence[Track], settings: Settings, generator: np.random.Generator) -> Sightings:
-    """Return what all units saw at the first unit's times."""
-    observed, offsets_s = [tracks[0].points_mm], [0.0]
-    velocities_mm_s = [np.zeros_like(tracks[0].points_mm)]
-    for track in tracks[1:]:
-        if settings.pairing == "nearest":
-            pairs = pair_nearest(tracks[0], track)
-        else:
-            pairs = pair_interpolated(tracks[0], track, generator)
-        observed.append(pairs.points_mm)
-        velocities_mm_s.append(pairs.velocities_mm_s)
-        offsets_s.append(pairs.clock_offset_s)
-    return Sightings(
-        names=[track.name for track in tracks],
-        points_mm=np.array(observed),
-        viewpoint=True,
-        time_s=tracks[0].time_s,
-        velocities_mm_s=np.array(velocities_mm_s) if settings.pairing == "interpolated" else None,
-        clock_offsets_s=np.array(offsets_s),
-    )
 
 
 def _registered(

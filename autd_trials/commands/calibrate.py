@@ -17,10 +17,12 @@ if TYPE_CHECKING:
     from autd_trials.calibration.normal_equations import Wand
     from autd_trials.calibration.provenance import Capture, Inputs
     from autd_trials.calibration.rigid import RigidMotion
-    from autd_trials.calibration.solve import Settings, Solution
+    from autd_trials.calibration.settings import Settings
+    from autd_trials.calibration.solve import Solution
     from autd_trials.calibration.track import Track
 
 _FEWEST_UNITS = 2
+_LARGEST_SHARE = 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -118,7 +120,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--range-bias",
         action=argparse.BooleanOptionalAction,
-        help="estimate a constant error of every sensor's range (yes; the paper's method cannot)",
+        help="allow for a constant error of every sensor's range (yes; the paper's method cannot)",
+    )
+    parser.add_argument(
+        "--range-scale-sd",
+        type=_share,
+        default=0.005,
+        metavar="SHARE",
+        help="what the sensors' scale may be wrong by, which points do not see (0.005; 0 if it was checked)",
     )
     parser.add_argument(
         "--viewpoint",
@@ -349,13 +358,14 @@ def _refuse_names(names: "Sequence[str]") -> None:
 def _settings(options: argparse.Namespace) -> "Settings":
     from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
     from autd_trials.calibration.sensor_model import SensorNoise
-    from autd_trials.calibration.solve import Settings
+    from autd_trials.calibration.settings import Settings
 
     return Settings(
         method=options.method,
         pairing=options.pairing or ("nearest" if options.method == "paper" else "interpolated"),
         mad_factor=options.mad_factor or NORMAL_MAD_FACTOR,
         range_bias=options.method == "joint" and options.range_bias is not False,
+        range_scale_sd=options.range_scale_sd,
         viewpoint=options.viewpoint,
         noise=SensorNoise(*options.noise),
         target_mm=options.target,
@@ -406,3 +416,10 @@ def _noise(text: str) -> tuple[float, ...]:
     if min(values) <= 0:
         raise argparse.ArgumentTypeError(f"{text!r}: both must be over 0")
     return values
+
+
+def _share(text: str) -> float:
+    (value,) = numbers(text, (1,))
+    if not 0 <= value < _LARGEST_SHARE:
+        raise argparse.ArgumentTypeError(f"{text!r}: give a share of the range, 0 to {_LARGEST_SHARE:g}")
+    return value

@@ -7,7 +7,8 @@ import pytest
 
 from autd_trials.acoustics.air import Air
 from autd_trials.calibration.pairing import pair_interpolated
-from autd_trials.calibration.solve import Settings, calibrate
+from autd_trials.calibration.settings import Settings
+from autd_trials.calibration.solve import calibrate
 from autd_trials.calibration.track import Track
 from autd_trials.errors import UsageError
 from tests.calibration.scenes import record, scene

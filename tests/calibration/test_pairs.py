@@ -11,7 +11,8 @@ from autd_trials.acoustics.air import Air
 from autd_trials.calibration.pairs import PairedPoints, solve_pairs
 from autd_trials.calibration.report import report, report_text
 from autd_trials.calibration.rigid import RigidMotion
-from autd_trials.calibration.solve import Settings, Solution
+from autd_trials.calibration.settings import Settings
+from autd_trials.calibration.solve import Solution
 from autd_trials.errors import UsageError
 
 TIME = datetime(2026, 11, 24, tzinfo=UTC)
