@@ -65,7 +65,7 @@ def values(protocol: Protocol, field: str) -> list[tuple[Location, Level]]:
     the stimulus, but for its drive, which is 0.
     """
     varied = fields_varied(protocol).get(field)
-    as_declared = [(("stimulus", field), getattr(protocol.stimulus, field))]
+    as_declared: list[tuple[Location, Level]] = [(("stimulus", field), getattr(protocol.stimulus, field))]
     if varied is None:
         return as_declared
     levels = [(level_location(protocol, field, level), level) for level in varied.levels]
