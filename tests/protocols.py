@@ -132,7 +132,7 @@ def protocols(draw: st.DrawFn) -> dict[str, Any]:
         "safety": draw(limits()),
     }
     free = [name for name in METHODS if name not in {*within, *between}]
-    if free and draw(st.booleans()):
+    if free and draw(st.sampled_from([True, False])):
         data["method"] = draw(methods(draw(st.sampled_from(free))))
     if names := [*within, *between]:
         declared = {**data["factors"]["within_block"], **data["factors"]["between_blocks"]}

@@ -61,12 +61,16 @@ def level_location(protocol: Protocol, name: str, level: Level) -> Location:
 def values(protocol: Protocol, field: str) -> list[tuple[Location, Level]]:
     """Return the values that a field of the stimulus takes in the protocol, each with its place.
 
-    Of what an adaptive method varies these are the ends.
+    Of what an adaptive method varies these are the ends. A catch trial takes what varies within blocks from
+    the stimulus, but for its drive, which is 0.
     """
     varied = fields_varied(protocol).get(field)
+    as_declared: list[tuple[Location, Level]] = [(("stimulus", field), getattr(protocol.stimulus, field))]
     if varied is None:
-        return [(("stimulus", field), getattr(protocol.stimulus, field))]
-    return [(level_location(protocol, field, level), level) for level in varied.levels]
+        return as_declared
+    levels = [(level_location(protocol, field, level), level) for level in varied.levels]
+    by_catch_trials = protocol.catch_trials_per_block > 0 and field in protocol.factors.within_block
+    return [*as_declared, *levels] if by_catch_trials and field != "drive" else levels
 
 
 def numbers(protocol: Protocol, field: str) -> list[tuple[Location, float]]:

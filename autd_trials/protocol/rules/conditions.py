@@ -1,5 +1,6 @@
 """What each condition makes of the stimulus: whether the devices can play it, and tell its levels apart."""
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping
 
 from pydantic import ValidationError
@@ -36,8 +37,10 @@ def condition_faults(protocol: Protocol) -> Iterator[InitErrorDetails]:
     told: set[tuple[Location, str]] = set()
     fields = StimulusSpec.model_fields
     varied = {name: levels for name, levels in fields_varied(protocol).items() if name in fields}
-    for conditions in combinations(varied):
+    for conditions in itertools.chain(combinations(varied), _of_catch_trials(protocol)):
         for field, message, detail in _stimulus_faults(protocol, conditions):
+            if field == "drive" and len(conditions) < len(varied):
+                continue  # a catch trial has its own, 0
             location = _location(protocol, field, conditions)
             if (location, message) not in told:
                 told.add((location, message))
@@ -47,6 +50,13 @@ def condition_faults(protocol: Protocol) -> Iterator[InitErrorDetails]:
             yield fault(location, unknown("target", target, protocol.targets))
     if not told:
         yield from _indistinct_faults(protocol)
+
+
+def _of_catch_trials(protocol: Protocol) -> Iterator[dict[str, Level]]:
+    """Yield the conditions under which catch trials take the stimulus as it is declared."""
+    if protocol.catch_trials_per_block and protocol.factors.within_block:
+        fields, between = StimulusSpec.model_fields, protocol.factors.between_blocks
+        yield from combinations({name: factor for name, factor in between.items() if name in fields})
 
 
 def _stimulus_faults(

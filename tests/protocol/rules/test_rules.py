@@ -48,3 +48,30 @@ def test_a_protocol_made_in_python_is_checked_with_places() -> None:
 @pytest.mark.parametrize("name", ["chest", "chest-catch", "chest-threshold", "pilot"])
 def test_shipped_protocols_keep_the_rules(name: str) -> None:
     assert list(faults(load_protocol(Path(find_protocol(name))))) == []
+
+
+@pytest.mark.parametrize(
+    ("within", "stimulus", "place"),
+    [
+        ({"duration_s": {"levels": [0.5, 1]}}, {"duration_s": 16}, "stimulus.duration_s: the burst of 16 s"),
+        (
+            {"duration_s": {"levels": [0.5, 1]}},
+            {"duration_s": 0.001},
+            "stimulus.ramp_s: two ramps of 0.005 s",
+        ),
+        ({"target": {"levels": ["chest"]}}, {"target": "back"}, "stimulus.target: there is no target 'back'"),
+        ({"drive": {"levels": [0.5]}}, {"drive": 0}, None),
+    ],
+)
+def test_what_only_catch_trials_take_from_the_stimulus_is_checked(
+    within: dict[str, Any], stimulus: dict[str, Any], place: str | None
+) -> None:
+    declared = json.loads(CHEST.stimulus.model_dump_json()) | stimulus
+    changes = {"factors": {"within_block": within}, "stimulus": declared, "comparisons": []}
+    check_rules(broken(**changes))
+    with_catch_trials = broken(**changes, catch_trials_per_block=2)
+    if place is None:
+        check_rules(with_catch_trials)
+    else:
+        with pytest.raises(UsageError, match=place):
+            check_rules(with_catch_trials)
