@@ -41,7 +41,10 @@ class EventLog:
         self._path = path
         self._file = file
         self._durable = durable
-        self._head, self._size, self._tail, self._at_line_start = Head(), 0, b"", True
+        self._head = Head()
+        self._size = 0
+        self._tail = b""
+        self._at_line_start = True
         try:
             _hold(path, file)
             self._take_stock()

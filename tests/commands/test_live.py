@@ -8,8 +8,6 @@ from typing import Any
 import pexpect
 import pytest
 
-from autd_trials.protocol.load import load_protocol
-from autd_trials.testing.script import SessionScript
 from tests.commands.conftest import RUN_PROTOCOL, Run, WriteProtocol, events, of
 from tests.commands.test_run import of_or_none, wait_for
 
@@ -202,19 +200,3 @@ def test_unblind_shows_the_condition(sit_down: Person, write_protocol: WriteProt
     child.expect(pexpect.EOF)
     child.close()
     assert child.exitstatus == 3
-
-
-def test_a_known_participant_is_asked_about(
-    sit_down: Person, tmp_path: Path, write_protocol: WriteProtocol
-) -> None:
-    protocol = write_protocol()
-    SessionScript(participant="07", protocol=load_protocol(protocol)).save(tmp_path / "short")
-    child = sit_down(protocol, "--participant", "07")
-    child.expect(r"participant 07 has 1 session\(s\)")
-    child.expect("Is this the same person")
-    child.send("n")
-    child.expect("not confirmed")
-    child.expect(pexpect.EOF)
-    child.close()
-    assert child.exitstatus == 3
-    assert len(list(tmp_path.rglob("*_log.jsonl"))) == 1

@@ -14,7 +14,7 @@ from autd_trials.protocol.plan import make_plan, plan_columns
 from autd_trials.protocol.schema import Factors, StimulusSpec
 from autd_trials.records.trials_table import trial_columns
 from autd_trials.tables import RESERVED_NAMES
-from tests.records.conftest import make_protocol
+from autd_trials.testing.studies import make_protocol
 
 BIDS_NAMES = {"channel", "duration", "hed", "onset", "sample", "stim_file", "value"}
 """What columns of events have a meaning for in BIDS; in small letters, as factors are."""
