@@ -93,7 +93,7 @@ def test_every_level_that_a_method_may_choose_is_judged(smallest: float) -> None
 
 def test_a_target_out_of_reach_is_refused() -> None:
     with pytest.raises(UsageError, match="out of reach"):
-        judge(small_protocol(targets={"sternum": Target(x_mm=0.0, y_mm=0.0, z_mm=4000.0)}))
+        judge(small_protocol(targets={"chest": Target(x_mm=0.0, y_mm=0.0, z_mm=4000.0)}))
 
 
 def test_short_adaptive_runs_are_remarked() -> None:
@@ -162,5 +162,5 @@ def test_bursts_before_a_resume_delay_the_next_onset_instead_of_ending_the_sessi
 
 
 def test_the_stimulus_is_in_words_of_the_array() -> None:
-    spec = StimulusSpec(duration_s=1.0, modulation_hz=100.0, target="sternum", drive=0.5)
+    spec = StimulusSpec(duration_s=1.0, modulation_hz=100.0, target="chest", drive=0.5)
     assert judge(small_protocol(stimulus=spec)).exposure_s == pytest.approx(4 * 0.25)
