@@ -233,7 +233,8 @@ class Standing:
     def _go_on(self, event: Resume) -> None:
         self._run_on()
         self.paused = self.trial = None
-        self.devices = event.devices or self.devices
+        if isinstance(event.devices, DeviceDescriptions):
+            self.devices = event.devices
         self.rig = self.rig if event.rig is None else event.rig
         self.calibration_sha256 = event.calibration_sha256 or self.calibration_sha256
         self.limits = event.limits or self.limits
