@@ -5,22 +5,22 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from scipy import stats
-from scipy.optimize import brentq, minimize
-from scipy.special import logsumexp
-
-from analysis.models.glmm import BinomialRows, fit_glmm
-from analysis.models.links import LOGIT, PROBIT, Link
-from analysis.psychometric.fit import Curve, fit
-from analysis.psychometric.functions import LOGISTIC, NORMAL, Array, Axis, Core, psychometric_function
-from analysis.psychometric.hierarchical import (
+from autd_analysis.models.glmm import BinomialRows, fit_glmm
+from autd_analysis.models.links import LOGIT, PROBIT, Link
+from autd_analysis.psychometric.fit import Curve, fit
+from autd_analysis.psychometric.functions import LOGISTIC, NORMAL, Array, Axis, Core, psychometric_function
+from autd_analysis.psychometric.hierarchical import (
     KnownRates,
     fieller,
     mean_slope,
     mean_threshold,
     mixed_curve,
 )
-from analysis.psychometric.model import Answers, Model, answers
+from autd_analysis.psychometric.model import Answers, Model, answers
+from scipy import stats
+from scipy.optimize import brentq, minimize
+from scipy.special import logsumexp
+
 from tests.analysis.psychometric.conftest import OCTAVES
 
 LEVELS = np.geomspace(10, 160, 5)
