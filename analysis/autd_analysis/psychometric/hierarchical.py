@@ -127,7 +127,8 @@ def mixed_curve(
     -------
     MixedCurve or None
         None with fewer than four participants, if the answers of all together have no function with a
-        threshold and a finite slope, or if the steps did not come to rest.
+        threshold and a finite slope, if the steps did not come to rest, or if they rest where the information
+        is not that of a maximum.
     """
     if len(answers) < FEWEST_PARTICIPANTS:
         return None
@@ -147,8 +148,14 @@ def mixed_curve(
     # where a variance is zero the steps creep towards it: singular, but at rest otherwise
     if not (fitted.converged or fitted.singular) or fitted.coefficients[1] <= 0:
         return None
+    if not _is_positive_definite(fitted.covariance):
+        return None
     curve = _mixed_curve(fitted, len(answers), middle, core, axis)
     return curve if math.isfinite(curve.threshold) else None
+
+
+def _is_positive_definite(covariance: Array) -> bool:
+    return bool(np.isfinite(covariance).all()) and bool((np.linalg.eigvalsh(covariance) > 0).all())
 
 
 def _rises(answers: Sequence[Answers], guess: float, lapse: float, core: Core, axis: Axis) -> bool:

@@ -252,7 +252,7 @@ def _group_notes(curves: Sequence[Curve], slope: Mean, mixed: MixedCurve | None)
     if len(curves) < FEWEST_PARTICIPANTS:
         yield f"no mixed model: it needs {FEWEST_PARTICIPANTS} participants"
     elif mixed is None:
-        yield "no mixed model: answers do not rise, are all the same, or too few for it"
+        yield "no mixed model: answers do not rise, are all the same, too few, or have no clear maximum"
     elif mixed.singular:
         yield "mixed model singular: a variance is zero or a correlation 1"
 

@@ -184,3 +184,25 @@ def test_means_of_nobody_and_of_one() -> None:
     assert mean_threshold(one, OCTAVES).value == one[0].threshold
     assert mean_threshold(one, OCTAVES).interval is None
     assert mean_threshold(one, Axis(logarithmic=False)).value == one[0].threshold
+
+
+def test_no_curve_is_told_from_where_the_likelihood_has_no_maximum() -> None:
+    """High guess rates that differ leave the likelihood without a clear maximum; that crashed the analysis."""
+    without = 0
+    for seed in range(20):
+        generator = np.random.default_rng(seed)
+        every = [
+            answers(
+                [
+                    (x, float(generator.binomial(10, rate)), 10.0)
+                    for x, rate in zip(LEVELS, rates, strict=False)
+                ],
+                OCTAVES,
+            )
+            for rates in np.sort(generator.uniform(0, 1, (6, 3)))
+        ]
+        found = mixed_curve(every, generator.uniform(0, 0.5, 6).tolist(), [0.02] * 6, NORMAL, OCTAVES)
+        without += found is None
+        if found is not None:
+            assert found.slope_interval.low < found.slope < found.slope_interval.high
+    assert 0 < without < 20
