@@ -187,7 +187,7 @@ def test_means_of_nobody_and_of_one() -> None:
 
 
 def test_no_curve_is_told_from_where_the_likelihood_has_no_maximum() -> None:
-    """High guess rates that differ leave the likelihood without a clear maximum; that crashed the analysis."""
+    """High guess rates that differ leave the likelihood without a clear maximum; analyse crashed there."""
     without = 0
     for seed in range(20):
         generator = np.random.default_rng(seed)
