@@ -50,6 +50,7 @@ def session_warnings(
         *_copies(tables),
         *(f"{log.name}: the session never began (its first line is not whole)" for log in never_begun),
         *_bad_ends(sessions),
+        *_unclear_inputs(sessions),
     )
 
 
@@ -133,6 +134,15 @@ def _copies(tables: Sequence[Path]) -> Iterator[str]:
     for names in by_content.values():
         if len(names) > 1:
             yield f"these trial tables are the same byte for byte, so one may be a copy: {', '.join(names)}"
+
+
+def _unclear_inputs(sessions: Sequence[LoggedSession]) -> Iterator[str]:
+    for session in sessions:
+        if session.unclear_inputs:
+            yield (
+                f"{session.name}: {session.unclear_inputs} input(s) were no answer (unreadable, of "
+                "undeclared buttons, or of keys held down)"
+            )
 
 
 def _bad_ends(sessions: Sequence[LoggedSession]) -> Iterator[str]:

@@ -71,6 +71,7 @@ def begin(
     TrialsError
         The session could not begin, or ended before its last trial; what was recorded stays.
     """
+
     def planned(session: str | None) -> NewSession:
         return new_session(
             study.folder, study.protocol.task, participant, session, place=place, simulated=choices.simulated

@@ -7,7 +7,7 @@ from typing import Self
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError
 from autd_trials.session.interrupts import Interrupts
-from autd_trials.terminal import Terminal
+from autd_trials.terminal import Terminal, keys
 
 _POLL_S = 0.1
 
@@ -53,21 +53,21 @@ class Controls:
     def _listen(self) -> None:
         while not self._ended:
             try:
-                keys = self._terminal.commands.take(self._clock.now_s() + _POLL_S)
+                typed = self._terminal.commands.take(self._clock.now_s() + _POLL_S)
             except DeviceError:
                 self._interrupts.request_abort("the terminal was closed")
                 return
-            for key in keys:
-                self._take(key.text.lower())
+            for key in typed:
+                self._take(key.text)
 
     def _take(self, key: str) -> None:
         match key:
-            case "p":
+            case keys.PAUSE:
                 self._interrupts.request_pause()
-            case "n":
+            case keys.NOTE:
                 self.note_wanted = True
                 self._interrupts.request_pause()
-            case "a":
+            case keys.ABORT:
                 self._interrupts.request_abort()
 
 

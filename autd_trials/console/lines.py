@@ -3,7 +3,16 @@
 from collections.abc import Iterable
 from typing import TextIO
 
-from autd_trials.session.events import BlockStart, Event, Fault, Note, Pause, SessionEnd, SessionStart
+from autd_trials.session.events import (
+    BlockStart,
+    Event,
+    Fault,
+    Note,
+    Pause,
+    SessionEnd,
+    SessionStart,
+    UnreadableInput,
+)
 from autd_trials.session.standing import Standing, standing
 
 
@@ -39,6 +48,8 @@ class Lines:
                 return f"block {event.block} ({levels})"
             case Fault():
                 return f"fault: {event.what}"
+            case UnreadableInput():
+                return f"unreadable input: {event.what}"
             case Pause() if self._blocks:
                 return f"pause: {event.reason}"
             case Note():

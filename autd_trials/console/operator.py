@@ -117,8 +117,8 @@ class TerminalOperator:
         with self._terminal.question() as keys:
             while not self._aborted():
                 for key in keys.take(self._clock.now_s() + _POLL_S):
-                    if key.text.lower() in choices:
-                        return key.text.lower()
+                    if found := [choice for choice in choices if choice in key.keys]:
+                        return found[0]
         return "a"
 
     def _aborted(self) -> bool:

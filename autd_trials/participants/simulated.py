@@ -14,7 +14,7 @@ from autd_trials.participants.traits import (
     ParticipantTraits,
 )
 from autd_trials.protocol.plan import Plan
-from autd_trials.responses.responder import Presentation, Press, ResponderInfo
+from autd_trials.responses.responder import Presentation, Press, ResponderInfo, Unreadable
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -132,6 +132,10 @@ class SimulatedParticipant:
         while self._due and self._due[0][0] <= now_s:
             presses.append(heapq.heappop(self._due)[2])
         return presses
+
+    def unreadable(self) -> list[Unreadable]:
+        """Return nothing: it only presses."""
+        return []
 
     def close(self) -> None:
         """Forget what was presented."""

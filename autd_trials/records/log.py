@@ -15,7 +15,15 @@ from autd_trials.errors import DeviceError, UsageError
 from autd_trials.host import FileHeldError, NoLocksError, hold, lies_at, sync_folder
 from autd_trials.records.chain import Head, Line, split_lines
 from autd_trials.records.rescue import rescue
-from autd_trials.session.events import Event, ResponseMade, SessionStart, StimulusStart, TrialEnd, TrialStart
+from autd_trials.session.events import (
+    Event,
+    ResponseMade,
+    SessionStart,
+    StimulusStart,
+    TrialEnd,
+    TrialStart,
+    UnreadableInput,
+)
 
 _EVENT: TypeAdapter[Event] = TypeAdapter(Event)
 _PATIENCE_S = 0.2
@@ -342,9 +350,9 @@ def _belongs(event: Event, planned: set[int]) -> bool:
     """Return whether an event can be one of the session's after its start."""
     if isinstance(event, SessionStart):
         return False
-    if isinstance(event, ResponseMade) and event.trial is None:
+    if isinstance(event, ResponseMade | UnreadableInput) and event.trial is None:
         return True
-    if isinstance(event, TrialStart | StimulusStart | ResponseMade | TrialEnd):
+    if isinstance(event, TrialStart | StimulusStart | ResponseMade | UnreadableInput | TrialEnd):
         return event.trial in planned and event.attempt is not None and event.attempt >= 1
     return True
 

@@ -3,7 +3,16 @@
 from autd_trials.records.log import LogContents
 from autd_trials.records.sessions_table import bids_time
 from autd_trials.records.table import SIMULATED, Column, Value, to_us
-from autd_trials.session.events import BlockStart, Event, Fault, Note, Pause, Resume, SessionEnd
+from autd_trials.session.events import (
+    BlockStart,
+    Event,
+    Fault,
+    Note,
+    Pause,
+    Resume,
+    SessionEnd,
+    UnreadableInput,
+)
 
 LOG_COLUMNS = (
     Column("time", "When it was logged, from the session's start.", units="s"),
@@ -17,6 +26,7 @@ LOG_COLUMNS = (
             "resume": "The session went on; who confirmed it, and whether it had crashed.",
             "note": "A note by the experimenter, or by the program about a deviation.",
             "fault": "A device, the disk or a listener failed; which, and what.",
+            "input": "Something unreadable came from the response device; what.",
             "end": "The session ended; how, and why.",
         },
     ),
@@ -64,6 +74,8 @@ def _told(event: Event) -> tuple[str, str] | None:
             return "note", event.text
         case Fault():
             return "fault", f"{event.device}: {event.what}"
+        case UnreadableInput():
+            return "input", event.what
         case SessionEnd():
             return "end", f"{event.status}: {event.why}"
         case _:

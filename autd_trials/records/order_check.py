@@ -16,6 +16,7 @@ from autd_trials.session.events import (
     StimulusStart,
     TrialEnd,
     TrialStart,
+    UnreadableInput,
 )
 
 Found = Iterator[tuple[int, str]]
@@ -65,7 +66,7 @@ class _Order:
                 yield from self._take_resume(event)
             case SessionEnd():
                 yield from self._take_end(event)
-            case Note() | Fault() | SessionStart():
+            case Note() | Fault() | UnreadableInput() | SessionStart():
                 pass
 
     def _take_block(self, event: BlockStart) -> Iterator[str]:

@@ -181,6 +181,11 @@ def _irregular(session: StudySession) -> list[str]:
         found.append(f"taken up again after {crashes} crash(es)")
     if faults:
         found.append(f"{len(faults)} fault(s): {', '.join(dict.fromkeys(faults))}")
+    if standing.health.unclear:
+        found.append(
+            f"{standing.health.unclear} input(s) that were no answer (unreadable, of undeclared buttons, or of "
+            "keys held down)"
+        )
     if standing.attempts_interrupted:
         found.append(f"{standing.attempts_interrupted} interrupted attempts")
     if session.log.damaged:

@@ -14,7 +14,6 @@ from autd_trials.records.log import EventLog, LogContents, has_begun, no_locks, 
 from autd_trials.records.roster import check_place, holder_of, next_session, number_of, place_of
 from autd_trials.session.standing import Standing, standing
 
-
 _PATIENCE_S = 10.0
 """For other runs to record the start of their sessions, which takes each a fraction of a second."""
 

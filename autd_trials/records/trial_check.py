@@ -180,7 +180,8 @@ class _Trials:
             if event.response is not None or event.response_time_s is not None:
                 yield "an interrupted trial has an answer"
             return
-        first = next((press for press in attempt.presses if press.phase == "window"), None)
+        answer = next((press for press in attempt.presses if press.answers), None)
+        first = answer if answer is not None and answer.means == "felt" else None
         response_time_s = first.response_time_s if first else None
         if (event.response, event.response_time_s) != ("felt" if first else "not_felt", response_time_s):
             yield (

@@ -1,13 +1,16 @@
 """Presses on the terminal's keyboard: the experimenter scores a raised hand, or a foot switch types a key."""
 
+import math
+from contextlib import suppress
+
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.inbox import Inbox
-from autd_trials.responses.responder import Presentation, Press, ResponderInfo
+from autd_trials.responses.responder import Presentation, Press, ResponderInfo, Unreadable
 from autd_trials.terminal import Terminal
-from autd_trials.terminal.keys import ENTER, Key
+from autd_trials.terminal.keys import KEY_NAMES, Key, key_of_name
 
-KEY_NAMES = {"space": " ", "enter": ENTER, "tab": "\t"}
-"""Names of the keys that print nothing; every other key is named by its character."""
+HELD_S = 1.1
+"""A key that comes again within this may be held down: keyboards repeat after 0.25 to 1 s, then faster."""
 
 _TIME_UNCERTAINTY_S = 0.03
 """Assumed, not measured: scanning, debouncing and USB polling of a keyboard, and the terminal emulator. The
@@ -17,7 +20,9 @@ experimenter's own reaction to a raised hand comes on top and is not in it."""
 class KeyboardResponder:
     """Takes its keys from a terminal and leaves all others to the runner's controls.
 
-    A key that is held down repeats; the repeats are presses like any other.
+    A key that is held down repeats. Where the terminal says which are repeats, that is taken; else a key that
+    comes again within `HELD_S` may be one and is called so. What comes from keys that are neither response
+    keys nor controls is unreadable: it may have been meant as an answer.
 
     Parameters
     ----------
@@ -36,6 +41,8 @@ class KeyboardResponder:
         self._terminal = terminal
         self._names = {_key_text(name): name for name in keys}
         self._inbox: Inbox[Key] | None = None
+        self._rest: Inbox[Key] | None = None
+        self._last_s: dict[str, float] = {}
         if not keys:
             raise UsageError(
                 "the keyboard has no response key", where="responder", do='name one, "space" say'
@@ -45,6 +52,7 @@ class KeyboardResponder:
         """Begin to take the response keys; raises DeviceError if the terminal is closed or lost."""
         self.close()
         self._inbox = self._terminal.subscribe(self._names)
+        self._rest = self._terminal.subscribe_to_the_rest()
         return ResponderInfo(
             kind="keyboard",
             device=f"terminal, keys {', '.join(self._names.values())}",
@@ -58,20 +66,36 @@ class KeyboardResponder:
         """Wait until `until_s` or a press; see `Responder.read`."""
         if self._inbox is None:
             raise DeviceError("the keyboard responder is not open", where="keyboard", do="open it first")
-        return [Press(key.time_s, self._names[key.text]) for key in self._inbox.take(until_s)]
+        return [self._press(key) for key in self._inbox.take(until_s)]
+
+    def unreadable(self) -> list[Unreadable]:
+        """Return the keys that mean nothing here."""
+        keys: list[Key] = []
+        with suppress(DeviceError):  # `read` says so
+            keys = self._rest.take(-math.inf) if self._rest else []
+        return [Unreadable(key.time_s, f"key {key.text!r}, which is no response key") for key in keys]
 
     def close(self) -> None:
         """Leave the keys to others; presses that were not read are gone."""
-        if self._inbox is not None:
-            self._terminal.unsubscribe(self._inbox)
-            self._inbox = None
+        for inbox in (self._inbox, self._rest):
+            if inbox is not None:
+                self._terminal.unsubscribe(inbox)
+        self._inbox = self._rest = None
+        self._last_s.clear()
+
+    def _press(self, key: Key) -> Press:
+        last_s = self._last_s.get(key.text)
+        self._last_s[key.text] = key.time_s
+        may_be_held = last_s is not None and key.time_s - last_s < HELD_S
+        return Press(
+            key.time_s, self._names[key.text], repeat=may_be_held if key.repeat is None else key.repeat
+        )
 
 
 def _key_text(name: str) -> str:
-    if name in KEY_NAMES:
-        return KEY_NAMES[name]
-    if len(name) == 1 and name.isprintable() and name != " ":
-        return name
+    key = key_of_name(name)
+    if key is not None:
+        return key
     raise UsageError(
         f"{name!r} is no key",
         where="responder",

@@ -2,9 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 from autd_trials.model import Model
+
+Meaning = Literal["felt", "not_felt", "undeclared"]
+"""What a button stands for; undeclared: the rig does not say, so that nothing can be made of a press of it."""
 
 
 @dataclass(frozen=True)
@@ -12,11 +15,22 @@ class Press:
     """One press.
 
     `time_s` is on the host's monotonic clock; `device_time_s` is the device's own stamp where it sends one.
+    `repeat` says that the button was, or may have been, held down since an earlier press.
     """
 
     time_s: float
     button: str
     device_time_s: float | None = None
+    means: Meaning = "felt"
+    repeat: bool = False
+
+
+@dataclass(frozen=True)
+class Unreadable:
+    """Something came that is no press that the device's description knows; it may have been meant as one."""
+
+    time_s: float
+    what: str
 
 
 @dataclass(frozen=True)
@@ -61,6 +75,9 @@ class Responder(Protocol):
         DeviceError
             The device is not open, or was lost and every press from before was returned.
         """
+
+    def unreadable(self) -> list[Unreadable]:
+        """Return what else came since the last call, oldest first; never waits, never raises."""
 
     def close(self) -> None:
         """Release the device; never raises."""

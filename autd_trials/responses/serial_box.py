@@ -3,14 +3,17 @@
 import contextlib
 import errno
 import threading
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError
 from autd_trials.inbox import Inbox
-from autd_trials.responses.box_protocols import BoxProtocol, Parser
-from autd_trials.responses.responder import Presentation, Press, ResponderInfo
+from autd_trials.responses.box_protocols import LONGEST_LINE_BYTES, BoxProtocol, Message, Parser, Report
+from autd_trials.responses.rate import IN_S, MOST_INPUTS, STUCK_ADVICE, Rate
+from autd_trials.responses.responder import Meaning, Presentation, Press, ResponderInfo, Unreadable
 
 if TYPE_CHECKING:
     from serial import Serial
@@ -22,6 +25,10 @@ _USB_FRAME_S = 0.001
 """Polling interval of full-speed USB; stands for the adapter where it tells no latency."""
 
 _BITS_PER_BYTE = 10  # with start and stop bit
+_LARGEST_READ = 4096
+_READ_TIMEOUT_S = 0.1
+_LONGEST_MESSAGE_S = 0.5
+"""A message that has begun ends within this, beside the time that the longest one takes on the line."""
 _HANDSHAKE_TIMEOUT_S = 1.0
 _USB_SERIAL = Path("/sys/bus/usb-serial/devices")
 
@@ -30,7 +37,13 @@ class SerialBox:
     """Reads a button box in a thread and stamps each press on arrival.
 
     `Press.time_s` is the arrival, the box's own stamp is only kept. A press is never dropped: bounces and
-    repeats are the session's to judge. Opening a port resets most Arduinos; they are deaf for 2 s then.
+    repeats are the session's to judge. What is no press is kept as unreadable. A box that sends more than
+    `MOST_INPUTS` messages in `IN_S` is out of order: it is read no further, and counts as lost.
+    Opening a port resets most Arduinos; they are deaf for 2 s then.
+
+    Buttons that `buttons` does not name are undeclared. Where the rig declares none at all (as the first
+    version's did), the only button of a box means felt; as soon as a second one is pressed it is not known
+    any more what a press means, and all are undeclared.
 
     An FTDI adapter collects bytes for up to its latency timer, 16 ms by default. It is read, told in
     `ResponderInfo` and counted in its uncertainty. To set it to 1 ms until the box is unplugged, as root:
@@ -45,21 +58,28 @@ class SerialBox:
         What the box sends.
     clock
         Stamps the presses.
+    buttons
+        What each button means, by name; None if the rig does not say.
     """
 
-    def __init__(self, port: str, protocol: BoxProtocol, clock: Clock) -> None:
+    def __init__(
+        self,
+        port: str,
+        protocol: BoxProtocol,
+        clock: Clock,
+        *,
+        buttons: Mapping[str, Meaning] | None = None,
+    ) -> None:
         self._port = port
         self._protocol = protocol
         self._clock = clock
-        self._parser: Parser = protocol.parser()
-        self._inbox: Inbox[Press] = Inbox(clock)
+        self._buttons = buttons
+        self._pressed: set[str] = set()
+        self._inbox: Inbox[Press | Unreadable] = Inbox(clock)
+        self._unreadable: list[Unreadable] = []
         self._serial: Serial | None = None
+        self._receiver: _Receiver | None = None
         self._thread: threading.Thread | None = None
-
-    @property
-    def garbage_bytes(self) -> int:
-        """How many bytes since `open` belonged to no press that the protocol knows."""
-        return self._parser.garbage_bytes
 
     def open(self) -> ResponderInfo:
         """Open the port for this process alone; raises DeviceError. What arrived before is discarded."""
@@ -72,10 +92,13 @@ class SerialBox:
         except BaseException:
             serial.close()
             raise
-        self._parser, self._inbox, self._serial = self._protocol.parser(), Inbox(self._clock), serial
+        serial.timeout = _READ_TIMEOUT_S
+        self._inbox, self._serial = Inbox(self._clock), serial
+        self._unreadable.clear()
+        self._pressed.clear()
+        self._receiver = _Receiver(serial, self._port, self._protocol, self._inbox, self._clock)
         self._thread = threading.Thread(
-            target=_receive,
-            args=(serial, self._port, self._parser, self._inbox, self._clock),
+            target=self._receiver.run,
             name="serial box",
             daemon=True,
         )
@@ -89,15 +112,28 @@ class SerialBox:
         """Wait until `until_s` or a press; see `Responder.read`."""
         if self._serial is None:
             raise DeviceError("the button box is not open", where=self._port, do="open it first")
-        return self._inbox.take(until_s)
+        came = self._inbox.take(until_s)
+        self._unreadable += [each for each in came if isinstance(each, Unreadable)]
+        return [self._with_meaning(each) for each in came if isinstance(each, Press)]
+
+    def unreadable(self) -> list[Unreadable]:
+        """Return what came with the presses that were read and is none, since the last call."""
+        unreadable, self._unreadable = self._unreadable, []
+        return unreadable
+
+    def _with_meaning(self, press: Press) -> Press:
+        self._pressed.add(press.button)
+        if self._buttons is not None:
+            return replace(press, means=self._buttons.get(press.button, "undeclared"))
+        return press if len(self._pressed) == 1 else replace(press, means="undeclared")
 
     def close(self) -> None:
         """Release the port; presses that were not read are gone."""
         serial, self._serial = self._serial, None
         if serial is None:
             return
-        serial.cancel_read()
-        if self._thread is not None:
+        if self._receiver is not None and self._thread is not None:
+            self._receiver.stop()
             self._thread.join()
         with contextlib.suppress(OSError):  # an unplugged port has nothing left to release
             serial.close()
@@ -185,14 +221,75 @@ def _send_slowly(serial: "Serial", command: bytes, clock: Clock) -> None:
         clock.sleep_until(clock.now_s() + 0.001)
 
 
-def _receive(serial: "Serial", port: str, parser: Parser, inbox: Inbox[Press], clock: Clock) -> None:
-    while True:
-        try:
-            data = serial.read(max(1, serial.in_waiting))
-        except OSError as error:  # pyserial's SerialException is one
-            inbox.lose(f"the button box was lost: {error}", where=port, do="plug it in again, then go on")
-            return
-        if not data:  # cancelled by `close`
-            return
-        time_s = clock.now_s()
-        inbox.put(Press(time_s, report.button, report.device_time_s) for report in parser.feed(data))
+class _Receiver:
+    """Reads a port in a thread of its own, a bounded piece at a time."""
+
+    def __init__(
+        self,
+        serial: "Serial",
+        port: str,
+        protocol: BoxProtocol,
+        inbox: Inbox[Press | Unreadable],
+        clock: Clock,
+    ) -> None:
+        self._serial = serial
+        self._port = port
+        self._parser: Parser = protocol.parser()
+        self._patience_s = _LONGEST_MESSAGE_S + LONGEST_LINE_BYTES * _BITS_PER_BYTE / protocol.baud
+        self._inbox = inbox
+        self._clock = clock
+        self._rate = Rate()
+        self._begun_s: float | None = None
+        self._closing = threading.Event()
+
+    def stop(self) -> None:
+        """Make `run` return."""
+        self._closing.set()
+        self._serial.cancel_read()
+
+    def run(self) -> None:
+        """Read until the port is closed or lost, or sends too much."""
+        while True:
+            try:
+                data = self._serial.read(min(max(1, self._serial.in_waiting), _LARGEST_READ))
+            except OSError as error:  # pyserial's SerialException is one
+                self._inbox.lose(
+                    f"the button box was lost: {error}", where=self._port, do="plug it in again, then go on"
+                )
+                return
+            if self._closing.is_set() or not self._take(self._messages(data)):
+                return
+
+    def _messages(self, data: bytes) -> list[Message]:
+        """Return what is complete, and what has waited for its end too long."""
+        now_s = self._clock.now_s()
+        messages = self._parser.feed(data)
+        if messages or not self._parser.pending:
+            self._begun_s = None
+        if self._parser.pending:
+            self._begun_s = now_s if self._begun_s is None else self._begun_s
+            if now_s - self._begun_s > self._patience_s:
+                self._begun_s = None
+                messages += self._parser.flush()
+        return messages
+
+    def _take(self, messages: list[Message]) -> bool:
+        """Hand messages over; return False, and say that the box is out of order, if there are too many."""
+        time_s = self._clock.now_s()
+        for number, message in enumerate(messages):
+            if not self._rate.allows(time_s):
+                self._inbox.lose(
+                    f"the button box sent more than {MOST_INPUTS} messages in {IN_S:g} s and is read no "
+                    f"further; {len(messages) - number} that came are not recorded",
+                    where=self._port,
+                    do=STUCK_ADVICE,
+                )
+                return False
+            self._inbox.put([_stamped(message, time_s)])
+        return True
+
+
+def _stamped(message: Message, time_s: float) -> Press | Unreadable:
+    if isinstance(message, Report):
+        return Press(time_s, message.button, message.device_time_s)
+    return Unreadable(time_s, str(message))

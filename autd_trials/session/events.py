@@ -14,7 +14,7 @@ from autd_trials.masking.masker import MaskerInfo
 from autd_trials.model import Model
 from autd_trials.protocol.plan import Plan, TrialType
 from autd_trials.protocol.schema import Level, Protocol
-from autd_trials.responses.responder import ResponderInfo
+from autd_trials.responses.responder import Meaning, ResponderInfo
 from autd_trials.stimulus import Fraction, Limits
 
 _EARLIEST, _LATEST = datetime(1970, 1, 1, tzinfo=UTC), datetime(9999, 1, 1, tzinfo=UTC)
@@ -41,6 +41,8 @@ Number = Annotated[int, Field(ge=1)]
 Count = Annotated[int, Field(ge=0)]
 Json = dict[str, JsonValue]
 """A rig or a calibration: rooms that the session does not know, so their files' contents as they are."""
+Phase = Literal["outside", "before_onset", "window", "late"]
+"""Where in a trial something came."""
 ConfirmedBy = Literal["person", "unattended"]
 
 
@@ -147,17 +149,37 @@ class StimulusStart(_Event):
 class ResponseMade(_Event):
     """A press; `phase` is where it fell.
 
-    `response_time_s` counts from the hardware onset; it is negative before it.
+    `response_time_s` counts from the hardware onset; it is negative before it. `means` is what the rig
+    declares the button to mean, `repeat` whether it may have been held down since an earlier press; in
+    version 1 every press meant felt.
     """
 
     event: Literal["response"] = "response"
     trial: Number | None
     attempt: Number | None
-    phase: Literal["outside", "before_onset", "window", "late"]
+    phase: Phase
     press_t_s: AnyTime
     button: str
     response_time_s: float | None
     device_time_s: float | None
+    means: Meaning = "felt"
+    repeat: bool = False
+
+    @property
+    def answers(self) -> bool:
+        """Whether it is an answer; the first in a trial's window counts."""
+        return self.phase == "window" and self.means != "undeclared" and not self.repeat
+
+
+class UnreadableInput(_Event):
+    """Something came from the response device that is no press it knows; it may have been meant as one."""
+
+    event: Literal["unreadable-input"] = "unreadable-input"
+    trial: Number | None
+    attempt: Number | None
+    phase: Phase
+    what: str
+    happened_t_s: AnyTime
 
 
 class TrialEnd(_Event):
@@ -194,9 +216,7 @@ class Resume(_Event):
     event: Literal["resume"] = "resume"
     after_crash: bool
     confirmed_by: ConfirmedBy
-    devices: Annotated[
-        DeviceDescriptions | _NothingKnown | None, AfterValidator(_none_if_nothing)
-    ] = None
+    devices: Annotated[DeviceDescriptions | _NothingKnown | None, AfterValidator(_none_if_nothing)] = None
     versions: dict[str, str] = Field(default_factory=dict)
     rig: Json | None = None
     calibration: Json | None = None
@@ -236,6 +256,7 @@ Event = Annotated[
     | TrialStart
     | StimulusStart
     | ResponseMade
+    | UnreadableInput
     | TrialEnd
     | Pause
     | Resume

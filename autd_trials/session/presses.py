@@ -1,19 +1,16 @@
-"""Which trial a press belongs to."""
+"""Which trial a press belongs to, and which press answers it."""
 
-from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, TypeVar
 
 from autd_trials.errors import DeviceError
-from autd_trials.responses.responder import Press
-from autd_trials.session.events import ResponseMade
+from autd_trials.responses.rate import IN_S, MOST_INPUTS, STUCK_ADVICE, Rate
+from autd_trials.responses.responder import Press, Unreadable
+from autd_trials.session.events import Phase, ResponseMade, UnreadableInput
 from autd_trials.session.recorder import Recorder
 
-Phase = Literal["outside", "before_onset", "window", "late"]
-
-MOST_PRESSES, IN_S = 50, 1.0
-"""More presses than that come from no person: a key held down repeats some 30 times a second."""
+_Input = TypeVar("_Input", Press, Unreadable)
 
 
 @dataclass(frozen=True)
@@ -26,79 +23,118 @@ class TrialWindow:
     onset_s: float
     end_s: float
 
-    def phase(self, press: Press) -> Phase:
-        """Return where a press not before the trial's start falls."""
-        if press.time_s < self.onset_s:
+    def phase(self, time_s: float) -> Phase:
+        """Return where an input not before the trial's start falls."""
+        if time_s < self.onset_s:
             return "before_onset"
-        return "window" if press.time_s <= self.end_s else "late"
+        return "window" if time_s <= self.end_s else "late"
 
 
 class PressBook:
-    """Records every press with its trial and its response time, in bounded work a call.
+    """Records all that comes from a response device, in bounded work a call.
 
-    A device that sends more than `MOST_PRESSES` in `IN_S` has failed: what came until then is recorded, what
-    came with it is counted in the fault.
+    A device that sends more than a person can has failed: what came until then is recorded, what came with it
+    is counted in the fault.
     """
 
     def __init__(self, recorder: Recorder) -> None:
         self._recorder = recorder
         self._windows: list[TrialWindow] = []
-        self._response_time_s: float | None = None
-        self._newest: deque[float] = deque(maxlen=MOST_PRESSES)
+        self._answer: ResponseMade | None = None
+        self._unclear: str | None = None
+        self._rate = Rate()
 
     @property
-    def response_time_s(self) -> float | None:
-        """Response time in s of the first press in the newest trial's window; None if there was none."""
-        return self._response_time_s
+    def answer(self) -> ResponseMade | None:
+        """The press that answers the newest trial: the first in its window that means something."""
+        return self._answer
 
     def open_window(self, window: TrialWindow) -> None:
         """Begin a trial; the one before stays known, for presses that are read late."""
         self._windows = [*self._windows[-1:], window]
-        self._response_time_s = None
+        self._answer = self._unclear = None
 
-    def take(self, presses: Sequence[Press]) -> None:
-        """Record presses, oldest first, with one wait for the disk.
+    def take(self, presses: Sequence[Press], unreadable: Sequence[Unreadable] = ()) -> None:
+        """Record what came, each kind oldest first, with one wait for the disk a kind.
 
         Raises
         ------
         DeviceError
-            They come too fast to be a person's.
+            It comes too fast to be a person's.
         """
-        kept = list(self._until_they_flood(presses))
-        self._recorder.record_all(ResponseMade, [self._fields(press) for press in kept])
-        if len(kept) < len(presses):
+        known = list(self._until_they_flood(presses))
+        for made in self._recorder.record_all(ResponseMade, [self._press_fields(press) for press in known]):
+            self._judge(made)
+        others = list(self._until_they_flood(unreadable))
+        for found in self._recorder.record_all(
+            UnreadableInput, [self._other_fields(each) for each in others]
+        ):
+            self._suspect(found, found.what)
+        left = len(presses) + len(unreadable) - len(known) - len(others)
+        if left:
             raise DeviceError(
-                f"more than {MOST_PRESSES} presses in {IN_S:g} s; "
-                f"{len(presses) - len(kept)} of them were not recorded",
+                f"more than {MOST_INPUTS} inputs in {IN_S:g} s; {left} of them were not recorded",
                 where="responder",
-                do="look for a button or a key that sticks, and check the box's protocol; then go on",
+                do=STUCK_ADVICE,
             )
 
-    def _until_they_flood(self, presses: Sequence[Press]) -> Iterator[Press]:
-        for press in presses:
-            if len(self._newest) == MOST_PRESSES and press.time_s - self._newest[0] < IN_S:
-                self._newest.clear()
-                return
-            self._newest.append(press.time_s)
-            yield press
+    def refuse_unclear(self) -> None:
+        """Refuse to call the newest trial not felt where something came that may have been an answer.
 
-    def _fields(self, press: Press) -> dict[str, Any]:
-        window = next((w for w in reversed(self._windows) if press.time_s >= w.start_s), None)
-        phase: Phase = window.phase(press) if window else "outside"
-        response_time_s = round(press.time_s - window.onset_s, 6) if window else None
-        if (
-            window is not None
-            and window is self._windows[-1]
-            and phase == "window"
-            and self._response_time_s is None
-        ):
-            self._response_time_s = response_time_s
+        Raises
+        ------
+        DeviceError
+            The trial cannot count.
+        """
+        if self._answer is None and self._unclear is not None:
+            raise DeviceError(
+                f"it is not clear whether trial {self._windows[-1].trial} was answered: {self._unclear}",
+                where="responder",
+                do="see that the response device and the rig's description of it are right; the trial is run "
+                "again",
+            )
+
+    def _until_they_flood(self, inputs: Sequence[_Input]) -> Iterator[_Input]:
+        for each in inputs:
+            if not self._rate.allows(each.time_s):
+                return
+            yield each
+
+    def _judge(self, made: ResponseMade) -> None:
+        if made.answers and self._is_newest(made):
+            self._answer = self._answer or made
+        elif made.repeat:
+            self._suspect(made, f"{made.button} was held down, or pressed shortly before")
+        elif made.means == "undeclared":
+            self._suspect(made, f"the rig does not say what button {made.button} means")
+
+    def _suspect(self, event: ResponseMade | UnreadableInput, what: str) -> None:
+        if event.phase == "window" and self._is_newest(event):
+            self._unclear = self._unclear or what
+
+    def _is_newest(self, event: ResponseMade | UnreadableInput) -> bool:
+        newest = self._windows[-1] if self._windows else None
+        return newest is not None and (event.trial, event.attempt) == (newest.trial, newest.attempt)
+
+    def _press_fields(self, press: Press) -> dict[str, Any]:
+        window, place = self._place(press.time_s)
         return {
-            "trial": window.trial if window else None,
-            "attempt": window.attempt if window else None,
-            "phase": phase,
+            **place,
             "press_t_s": self._recorder.session_time(press.time_s),
             "button": press.button,
-            "response_time_s": response_time_s,
+            "response_time_s": round(press.time_s - window.onset_s, 6) if window else None,
             "device_time_s": press.device_time_s,
+            "means": press.means,
+            "repeat": press.repeat,
         }
+
+    def _other_fields(self, other: Unreadable) -> dict[str, Any]:
+        happened_t_s = self._recorder.session_time(other.time_s)
+        return {**self._place(other.time_s)[1], "what": other.what, "happened_t_s": happened_t_s}
+
+    def _place(self, time_s: float) -> tuple[TrialWindow | None, dict[str, Any]]:
+        """Return the trial in which something came, and the fields that say so."""
+        window = next((w for w in reversed(self._windows) if time_s >= w.start_s), None)
+        if window is None:
+            return None, {"trial": None, "attempt": None, "phase": "outside"}
+        return window, {"trial": window.trial, "attempt": window.attempt, "phase": window.phase(time_s)}

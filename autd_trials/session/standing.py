@@ -22,6 +22,7 @@ from autd_trials.session.events import (
     StimulusStart,
     TrialEnd,
     TrialStart,
+    UnreadableInput,
 )
 from autd_trials.stimulus import Limits, exposure_s
 
@@ -72,13 +73,17 @@ class TrialNow:
 
 @dataclass
 class HealthNow:
-    """The devices as they were seen last."""
+    """The devices as they were seen last.
+
+    `unclear` counts inputs that were no answer: unreadable ones, undeclared buttons, keys held down.
+    """
 
     devices_ready: int | None = None
     thermal: bool = False
     checked_t_s: float | None = None
     margin_s: float | None = None
     underruns: int = 0
+    unclear: int = 0
     last_fault: str | None = None
 
 
@@ -170,10 +175,15 @@ class Standing:
                 self._begin(event)
             case StimulusStart():
                 self._stimulate(event)
-            case ResponseMade() if event.phase == "window":
+            case ResponseMade() if event.answers and event.means == "felt":
                 self.last_response_time_s = event.response_time_s
                 if self.trial is not None:
                     self.trial.felt = True
+            case ResponseMade() if event.repeat or event.means == "undeclared":
+                self.health.unclear += 1
+            case UnreadableInput():
+                self.health.unclear += 1
+                self.health.last_fault = f"unreadable input: {event.what}"
             case TrialEnd():
                 self._finish(event)
             case Pause():

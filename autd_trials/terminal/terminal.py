@@ -7,14 +7,25 @@ import shutil
 import signal
 import sys
 import threading
+import unicodedata
 from collections.abc import Callable, Collection, Iterator
+from dataclasses import replace
 from types import FrameType, TracebackType
 from typing import Self, TextIO
 
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError
 from autd_trials.inbox import Inbox
-from autd_trials.terminal.keys import ESCAPE, Key, KeyDecoder, LineEditor
+from autd_trials.terminal.keys import (
+    CONTROL_KEYS,
+    ESCAPE,
+    INTERRUPT,
+    Key,
+    KeyDecoder,
+    LineEditor,
+    read_key,
+)
+from autd_trials.terminal.layouts import keys_of
 from autd_trials.terminal.raw_mode import KeySource, open_terminal
 
 _ESCAPE_TIMEOUT_S = 0.05  # the rest of an escape sequence follows sooner, also over ssh
@@ -25,8 +36,10 @@ _JOIN_TIMEOUT_S = 0.5
 class Terminal:
     """Reads single keys in a thread, stamps each on arrival and routes it.
 
-    A key goes to the innermost open question if there is one; else to everybody who subscribed to it; else to
-    `commands`. Ctrl-C still makes SIGINT (see `raw_mode.open_terminal`). The terminal's settings are put back
+    A key goes to the innermost open question if there is one; else to everybody who subscribed to it; else, if
+    it is one of `CONTROL_KEYS`, to `commands`; else to everybody who subscribed to the rest. Keys are known by
+    their place: on a Greek layout, in upper case, or under an input method they are the same keys. Ctrl-C
+    still makes SIGINT (see `raw_mode.open_terminal`), also where the terminal sends it as a key. The terminal's settings are put back
     by `close`, at exit and on SIGTERM; after ``kill -9`` only ``reset`` in the shell can do that.
 
     Parameters
@@ -41,7 +54,7 @@ class Terminal:
     Attributes
     ----------
     commands
-        The keys that nobody subscribed to, for the runner's controls.
+        The control keys that nobody subscribed to; and the rest, if nobody subscribed to that.
     """
 
     def __init__(self, clock: Clock, *, fd: int | None = None, output: TextIO | None = None) -> None:
@@ -51,6 +64,7 @@ class Terminal:
         self._output = output
         self._lock = threading.Lock()
         self._subscriptions: list[tuple[frozenset[str], Inbox[Key]]] = []
+        self._rest: list[Inbox[Key]] = []
         self._questions: list[Inbox[Key]] = []
         self._lost = False
         self._source: KeySource | None = None
@@ -99,6 +113,8 @@ class Terminal:
     def subscribe(self, keys: Collection[str]) -> Inbox[Key]:
         """Return an inbox that gets these keys from now on (except while a question is open).
 
+        The `text` of what it gets is the key as it was subscribed to.
+
         Raises
         ------
         DeviceError
@@ -108,10 +124,17 @@ class Terminal:
         self._attach(lambda: self._subscriptions.append((frozenset(keys), inbox)))
         return inbox
 
+    def subscribe_to_the_rest(self) -> Inbox[Key]:
+        """Return an inbox that gets what is neither subscribed to nor a control key; raises as `subscribe`."""
+        inbox: Inbox[Key] = Inbox(self._clock)
+        self._attach(lambda: self._rest.append(inbox))
+        return inbox
+
     def unsubscribe(self, inbox: Inbox[Key]) -> None:
         """End a subscription; its keys go to `commands` again unless somebody else wants them."""
         with self._lock:
             self._subscriptions = [entry for entry in self._subscriptions if entry[1] is not inbox]
+            self._rest = [entry for entry in self._rest if entry is not inbox]
 
     @contextlib.contextmanager
     def question(self) -> Iterator[Inbox[Key]]:
@@ -173,7 +196,8 @@ class Terminal:
         """
         with self.question() as inbox:
             (show or self._echo)(f"{question} [y/n] ")
-            answers = (key.lower() for key in self._answers(inbox, cancelled))
+            # By character, not by place: on a Russian layout the letter for "no" lies on the key y.
+            answers = (unicodedata.normalize("NFKC", key).lower() for key in self._answers(inbox, cancelled))
             yes = next((key for key in answers if key in ("y", "n", ESCAPE)), "n") == "y"
         if show is None:
             self._write("yes\n" if yes else "no\n")
@@ -211,21 +235,43 @@ class Terminal:
             except EOFError:
                 break
             time_s = self._clock.now_s()
-            for key in decoder.feed(text) if text else decoder.flush():
-                self._route(Key(key, time_s))
+            for sent in decoder.feed(text) if text else decoder.flush():
+                if (key := read_key(sent, time_s)) is not None:
+                    self._route(key)
         if self._source is source:
             self._lose()
 
     def _route(self, key: Key) -> None:
+        if key.text == INTERRUPT:
+            os.kill(os.getpid(), signal.SIGINT)
+            return
         with self._lock:
-            subscribed = [inbox for keys, inbox in self._subscriptions if key.text in keys]
-            for inbox in self._questions[-1:] or subscribed or [self.commands]:
+            if self._questions:
+                self._questions[-1].put([key])
+                return
+            taken = False
+            for wanted, inbox in self._subscriptions:
+                if (name := _wanted(key, wanted)) is not None:
+                    inbox.put([replace(key, text=name)])
+                    taken = True
+            if taken:
+                return
+            controls = [name for name in CONTROL_KEYS if name in key.keys]
+            if controls:
+                self.commands.put([replace(key, text=name) for name in controls])
+                return
+            for inbox in self._rest or [self.commands]:
                 inbox.put([key])
 
     def _lose(self) -> None:
         with self._lock:
             self._lost = True
-            for inbox in (self.commands, *self._questions, *(inbox for _, inbox in self._subscriptions)):
+            for inbox in (
+                self.commands,
+                *self._questions,
+                *self._rest,
+                *(inbox for _, inbox in self._subscriptions),
+            ):
                 inbox.lose("the terminal was lost", where="terminal", do="resume the session in a terminal")
 
     def _handle_sigterm(self) -> None:
@@ -240,3 +286,14 @@ class Terminal:
     def _on_sigterm(self, number: int, _frame: FrameType | None) -> None:
         self.close()
         os.kill(os.getpid(), number)
+
+
+def _wanted(key: Key, wanted: Collection[str]) -> str | None:
+    """Return which of the wanted keys it is: that with its character, else the only one with its place.
+
+    A letter that may lie on a wanted key and on another is none of them: an answer is not guessed.
+    """
+    if key.text in wanted:
+        return key.text
+    found = {name for name in wanted if keys_of(name) & key.keys}
+    return found.pop() if len(found) == 1 and len(key.keys) == 1 else None

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from autd_trials.clock import VirtualClock
 from autd_trials.errors import DeviceError
-from autd_trials.responses.responder import Presentation, Press, ResponderInfo
+from autd_trials.responses.responder import Presentation, Press, ResponderInfo, Unreadable
 
 
 @dataclass
@@ -31,6 +31,8 @@ class ScriptedResponder:
         What it was presented with.
     due
         Presses that are still to come; a test may add its own.
+    garbage
+        What is unreadable and still to come.
     """
 
     clock: VirtualClock
@@ -40,6 +42,7 @@ class ScriptedResponder:
     lost_in: set[tuple[int, int]] = field(default_factory=set)
     presented: list[Presentation] = field(default_factory=list)
     due: list[Press] = field(default_factory=list)
+    garbage: list[Unreadable] = field(default_factory=list)
 
     def open(self) -> ResponderInfo:
         """Begin."""
@@ -60,10 +63,18 @@ class ScriptedResponder:
             self.clock.sleep_until(self.lost_at_s)
             self.lost_at_s = None
             raise DeviceError("unplugged", where="responder", do="plug it in")
-        self.clock.sleep_until(min([until_s, *(press.time_s for press in self.due[:1])]))
+        coming_s = [*(press.time_s for press in self.due[:1]), *(each.time_s for each in self.garbage)]
+        self.clock.sleep_until(min([until_s, *coming_s]))
         presses = [press for press in self.due if press.time_s <= self.clock.now_s()]
         self.due = self.due[len(presses) :]
         return presses
+
+    def unreadable(self) -> list[Unreadable]:
+        """Return what a test put into `garbage` and whose time has come."""
+        now_s = self.clock.now_s()
+        came = [each for each in self.garbage if each.time_s <= now_s]
+        self.garbage = [each for each in self.garbage if each.time_s > now_s]
+        return came
 
     def close(self) -> None:
         """Forget what was to come."""

@@ -7,7 +7,7 @@ import pytest
 
 from autd_trials.clock import RealClock
 from autd_trials.errors import DeviceError
-from autd_trials.inbox import Inbox
+from autd_trials.inbox import MOST_WAITING, Inbox
 
 CLOCK = RealClock()
 
@@ -45,4 +45,14 @@ def test_loss_comes_after_the_items() -> None:
     inbox.lose("it was lost", where="box", do="plug it in")
     assert inbox.take(math.inf) == ["last"]
     with pytest.raises(DeviceError, match="box: it was lost\n  -> plug it in"):
+        inbox.take(math.inf)
+
+
+def test_an_inbox_that_nobody_empties_is_bounded_and_says_what_it_did_not_keep() -> None:
+    inbox: Inbox[int] = Inbox(CLOCK)
+    for start in range(0, 50_000, 1000):
+        inbox.put(range(start, start + 1000))
+    assert inbox.take(0.0) == list(range(MOST_WAITING))
+    inbox.put([1])  # the gap is told before anything that came after it
+    with pytest.raises(DeviceError, match="40001 were not kept"):
         inbox.take(math.inf)

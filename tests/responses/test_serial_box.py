@@ -1,5 +1,6 @@
 """The serial box over real pseudo-terminals."""
 
+import contextlib
 import itertools
 import os
 import tty
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from autd_trials.clock import RealClock
 from autd_trials.errors import DeviceError
 from autd_trials.responses.box_protocols import LineProtocol, SingleByteProtocol, XidProtocol
-from autd_trials.responses.responder import Press
+from autd_trials.responses.responder import Press, Unreadable
 from autd_trials.responses.serial_box import SerialBox, ftdi_latency_s
 from tests.conftest import PseudoTerminal
 from tests.responses.conftest import XidPad
@@ -55,22 +56,76 @@ def test_uncertainty_grows_with_the_time_on_the_line(line: PseudoTerminal) -> No
     )
 
 
-def test_ten_thousand_presses_in_a_burst_between_noise_all_come_in_order(line: PseudoTerminal) -> None:
+def test_presses_between_noise_all_come_in_order(line: PseudoTerminal) -> None:
     box = SerialBox(line.name, LineProtocol(), RealClock())
     box.open()
     noise = bytes(range(14, 66))  # no line ends in it
-    line.send(b"".join(b"%b\r\nB1 %d\r\n" % (noise if n % 100 == 0 else b"", n) for n in range(10_000)))
-    presses = read_all(box, 10_000)
-    garbage_bytes = box.garbage_bytes
+    line.send(b"".join(b"%b\r\nB1 %d\r\n" % (noise if n % 10 == 0 else b"", n) for n in range(40)))
+    presses = read_all(box, 40)
+    unreadable = box.unreadable()
     box.close()
-    assert [press.device_time_s for press in presses] == [n / 1000 for n in range(10_000)]
+    assert [press.device_time_s for press in presses] == [n / 1000 for n in range(40)]
     assert all(first.time_s <= second.time_s for first, second in itertools.pairwise(presses))
-    assert garbage_bytes == 100 * len(noise)
+    assert len(unreadable) == 4
+    assert all("another baud" in each.what for each in unreadable)
+
+
+@pytest.mark.parametrize("message", [b"B1 1\r\n", b"alive\n", b"\x80\x81\n"])
+def test_a_box_that_floods_is_read_no_further_and_nothing_is_dropped_untold(
+    line: PseudoTerminal, message: bytes
+) -> None:
+    box = SerialBox(line.name, LineProtocol(), RealClock())
+    box.open()
+    os.set_blocking(line.far, False)
+    with contextlib.suppress(BlockingIOError):  # the kernel's buffer fills once nobody reads
+        for _ in range(10_000):
+            line.send(message * 20)
+    came, told = 0, ""
+    while not told:
+        try:
+            came += len(box.read(RealClock().now_s() + SOON_S))
+        except DeviceError as lost:
+            told = str(lost)
+        came += len(box.unreadable())
+    box.close()
+    assert came == 50
+    assert "more than 50 messages in 1 s" in told
+    assert "that came are not recorded" in told
+    assert "look for a button" in told
+
+
+def test_buttons_mean_what_is_declared(line: PseudoTerminal) -> None:
+    box = SerialBox(line.name, LineProtocol(), RealClock(), buttons={"B1": "felt", "B2": "not_felt"})
+    box.open()
+    line.send(b"B1\nB2\nB3\n")
+    assert [press.means for press in read_all(box, 3)] == ["felt", "not_felt", "undeclared"]
+    box.close()
+
+
+def test_the_only_button_means_felt_until_there_is_a_second_one(line: PseudoTerminal) -> None:
+    box = SerialBox(line.name, LineProtocol(), RealClock())
+    for _ in range(2):
+        box.open()
+        line.send(b"B1\nB1\nB2\nB1\n")
+        assert [p.means for p in read_all(box, 4)] == ["felt", "felt", "undeclared", "undeclared"]
+        box.close()
+
+
+def test_a_line_without_end_is_told(line: PseudoTerminal) -> None:
+    box = SerialBox(line.name, LineProtocol(), RealClock())
+    box.open()
+    line.send(b"B1 250 ")
+    unreadable: list[Unreadable] = []
+    while not unreadable:
+        assert box.read(RealClock().now_s() + 0.05) == []
+        unreadable = box.unreadable()
+    box.close()
+    assert "no end of line came" in unreadable[0].what
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
-    times_ms=st.lists(st.integers(0, 2**32 - 1), min_size=1, max_size=50),
+    times_ms=st.lists(st.integers(0, 2**32 - 1), min_size=1, max_size=20),
     cuts=st.lists(st.integers(0, 10_000), max_size=20),
 )
 def test_same_presses_however_the_bytes_are_written(
@@ -91,7 +146,7 @@ def test_bounces_are_kept(line: PseudoTerminal) -> None:
     box.open()
     line.send(b"AABxA")
     assert [press.button for press in read_all(box, 4)] == ["left", "left", "right", "left"]
-    assert box.garbage_bytes == 1
+    assert ["b'x'" in each.what for each in box.unreadable()] == [True]
     box.close()
 
 
