@@ -7,7 +7,7 @@ from typing import Literal, Protocol
 from autd_trials.model import Model
 
 Meaning = Literal["felt", "not_felt", "undeclared"]
-"""What a button stands for; undeclared: the rig does not say, so that nothing can be made of a press of it."""
+"""What a button stands for; undeclared: the rig does not say, so that a press of it is no answer."""
 
 
 @dataclass(frozen=True)

@@ -90,7 +90,7 @@ def _character(code: str) -> str | None:
 
 
 def key_of_name(name: str) -> str | None:
-    """Return the character of the key with a name (`KEY_NAMES`, or its own character); None if there is none."""
+    """Return the character of the key with a name (of `KEY_NAMES`, or its own); None if there is none."""
     if name in KEY_NAMES:
         return KEY_NAMES[name]
     return name if len(name) == 1 and name.isprintable() and not name.isspace() else None

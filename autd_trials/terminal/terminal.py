@@ -36,9 +36,9 @@ _JOIN_TIMEOUT_S = 0.5
 class Terminal:
     """Reads single keys in a thread, stamps each on arrival and routes it.
 
-    A key goes to the innermost open question if there is one; else to everybody who subscribed to it; else, if
-    it is one of `CONTROL_KEYS`, to `commands`; else to everybody who subscribed to the rest. Keys are known by
-    their place: on a Greek layout, in upper case, or under an input method they are the same keys. Ctrl-C
+    A key goes to the innermost open question if there is one; else to everybody who subscribed to it; else,
+    if it is one of `CONTROL_KEYS`, to `commands`; else to everybody who subscribed to the rest. Keys are
+    known by their place: on a Greek layout, in upper case or under an input method they are the same. Ctrl-C
     still makes SIGINT (see `raw_mode.open_terminal`), also where the terminal sends it as a key. The terminal's settings are put back
     by `close`, at exit and on SIGTERM; after ``kill -9`` only ``reset`` in the shell can do that.
 
