@@ -18,6 +18,7 @@ from autd_trials.session.events import (
     TrialEnd,
     TrialStart,
 )
+from autd_trials.session.presses import answer_of
 from autd_trials.session.tracks import Tracks
 
 Found = Iterator[tuple[int, str]]
@@ -180,7 +181,7 @@ class _Trials:
             if event.response is not None or event.response_time_s is not None:
                 yield "an interrupted trial has an answer"
             return
-        answer = next((press for press in attempt.presses if press.answers), None)
+        answer = answer_of(attempt.presses, self._window_s)
         first = answer if answer is not None and answer.means == "felt" else None
         response_time_s = first.response_time_s if first else None
         if (event.response, event.response_time_s) != ("felt" if first else "not_felt", response_time_s):

@@ -5,12 +5,12 @@ from contextlib import suppress
 
 from autd_trials.errors import DeviceError, UsageError
 from autd_trials.inbox import Inbox
-from autd_trials.responses.responder import Presentation, Press, ResponderInfo, Unreadable
+from autd_trials.responses.responder import Presentation, Press, Repeat, ResponderInfo, Unreadable
 from autd_trials.terminal import Terminal
 from autd_trials.terminal.keys import KEY_NAMES, Key, key_of_name
 
-HELD_S = 1.1
-"""A key that comes again within this may be held down: keyboards repeat after 0.25 to 1 s, then faster."""
+FIRST_REPEAT_S, REPEAT_S = 1.1, 0.12
+"""A key that is held down comes again after 0.25 to 1 s, and from then on 10 to 40 times a second."""
 
 _TIME_UNCERTAINTY_S = 0.03
 """Assumed, not measured: scanning, debouncing and USB polling of a keyboard, and the terminal emulator. The
@@ -21,8 +21,8 @@ class KeyboardResponder:
     """Takes its keys from a terminal and leaves all others to the runner's controls.
 
     A key that is held down repeats. Where the terminal says which are repeats, that is taken; else a key that
-    comes again within `HELD_S` may be one and is called so. What comes from keys that are neither response
-    keys nor controls is unreadable: it may have been meant as an answer.
+    comes again within `REPEAT_S` is one, and within `FIRST_REPEAT_S` it is perhaps the first. What comes from
+    keys that are neither response keys nor controls is unreadable: it may have been meant as an answer.
 
     Parameters
     ----------
@@ -86,10 +86,15 @@ class KeyboardResponder:
     def _press(self, key: Key) -> Press:
         last_s = self._last_s.get(key.text)
         self._last_s[key.text] = key.time_s
-        may_be_held = last_s is not None and key.time_s - last_s < HELD_S
-        return Press(
-            key.time_s, self._names[key.text], repeat=may_be_held if key.repeat is None else key.repeat
-        )
+        since_s = math.inf if last_s is None else key.time_s - last_s
+        return Press(key.time_s, self._names[key.text], repeat=_repeat(key.repeat, since_s))
+
+
+def _repeat(told: bool | None, since_s: float) -> Repeat:
+    """Return whether a key is a repeat: what the terminal told, else by the time since it came before."""
+    if told is not None:
+        return "yes" if told else "no"
+    return "yes" if since_s < REPEAT_S else "perhaps" if since_s < FIRST_REPEAT_S else "no"
 
 
 def _key_text(name: str) -> str:

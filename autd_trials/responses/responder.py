@@ -10,19 +10,23 @@ Meaning = Literal["felt", "not_felt", "undeclared"]
 """What a button stands for; undeclared: the rig does not say, so that a press of it is no answer."""
 
 
+Repeat = Literal["no", "perhaps", "yes"]
+"""Whether a press only says that a button is still held down; perhaps, if what comes next must tell."""
+
+
 @dataclass(frozen=True)
 class Press:
     """One press.
 
     `time_s` is on the host's monotonic clock; `device_time_s` is the device's own stamp where it sends one.
-    `repeat` says that the button was, or may have been, held down since an earlier press.
+    `repeat` says whether the button was held down since an earlier press.
     """
 
     time_s: float
     button: str
     device_time_s: float | None = None
     means: Meaning = "felt"
-    repeat: bool = False
+    repeat: Repeat = "no"
 
 
 @dataclass(frozen=True)

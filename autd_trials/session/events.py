@@ -14,7 +14,7 @@ from autd_trials.masking.masker import MaskerInfo
 from autd_trials.model import Model
 from autd_trials.protocol.plan import Plan, TrialType
 from autd_trials.protocol.schema import Level, Protocol
-from autd_trials.responses.responder import Meaning, ResponderInfo
+from autd_trials.responses.responder import Meaning, Repeat, ResponderInfo
 from autd_trials.stimulus import Fraction, Limits
 
 _EARLIEST, _LATEST = datetime(1970, 1, 1, tzinfo=UTC), datetime(9999, 1, 1, tzinfo=UTC)
@@ -150,8 +150,8 @@ class ResponseMade(_Event):
     """A press; `phase` is where it fell.
 
     `response_time_s` counts from the hardware onset; it is negative before it. `means` is what the rig
-    declares the button to mean, `repeat` whether it may have been held down since an earlier press; in
-    version 1 every press meant felt.
+    declares the button to mean, `repeat` whether it was held down since an earlier press; in version 1 every
+    press meant felt.
     """
 
     event: Literal["response"] = "response"
@@ -163,12 +163,12 @@ class ResponseMade(_Event):
     response_time_s: float | None
     device_time_s: float | None
     means: Meaning = "felt"
-    repeat: bool = False
+    repeat: Repeat = "no"
 
     @property
     def answers(self) -> bool:
-        """Whether it is an answer; the first in a trial's window counts."""
-        return self.phase == "window" and self.means != "undeclared" and not self.repeat
+        """Whether it may answer its trial; which press does is said by `presses.answer_of`."""
+        return self.phase == "window" and self.means != "undeclared" and self.repeat != "yes"
 
 
 class UnreadableInput(_Event):

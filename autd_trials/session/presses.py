@@ -12,6 +12,35 @@ from autd_trials.session.recorder import Recorder
 
 _Input = TypeVar("_Input", Press, Unreadable)
 
+_NEXT_REPEAT_S = 0.12
+"""A key that is held down comes again within this."""
+
+
+def answer_of(presses: Sequence[ResponseMade], window_s: float) -> ResponseMade | None:
+    """Return the press that answers a trial: the first in its window that means something.
+
+    The first repeat of a key that was held down since before is known by those that follow it. So close to
+    the window's end that none could, it answers nothing.
+
+    Parameters
+    ----------
+    presses
+        The presses of an attempt at a trial, in order.
+    window_s
+        Length of the response window in s.
+    """
+    for number, press in enumerate(presses):
+        if not press.answers:
+            continue
+        if press.repeat == "perhaps":
+            following = (later for later in presses[number + 1 :] if later.button == press.button)
+            after = next(following, None)
+            held = after is not None and after.repeat == "yes"
+            if held or (press.response_time_s or 0.0) > window_s - _NEXT_REPEAT_S:
+                continue
+        return press
+    return None
+
 
 @dataclass(frozen=True)
 class TrialWindow:
@@ -40,19 +69,21 @@ class PressBook:
     def __init__(self, recorder: Recorder) -> None:
         self._recorder = recorder
         self._windows: list[TrialWindow] = []
-        self._answer: ResponseMade | None = None
+        self._presses: list[ResponseMade] = []
         self._unclear: str | None = None
         self._rate = Rate()
 
     @property
     def answer(self) -> ResponseMade | None:
-        """The press that answers the newest trial: the first in its window that means something."""
-        return self._answer
+        """The press that answers the newest trial, as far as is known by now (see `answer_of`)."""
+        if not self._windows:
+            return None
+        return answer_of(self._presses, self._windows[-1].end_s - self._windows[-1].onset_s)
 
     def open_window(self, window: TrialWindow) -> None:
         """Begin a trial; the one before stays known, for presses that are read late."""
         self._windows = [*self._windows[-1:], window]
-        self._answer = self._unclear = None
+        self._presses, self._unclear = [], None
 
     def take(self, presses: Sequence[Press], unreadable: Sequence[Unreadable] = ()) -> None:
         """Record what came, each kind oldest first, with one wait for the disk a kind.
@@ -86,7 +117,7 @@ class PressBook:
         DeviceError
             The trial cannot count.
         """
-        if self._answer is None and self._unclear is not None:
+        if self.answer is None and self._unclear is not None:
             raise DeviceError(
                 f"it is not clear whether trial {self._windows[-1].trial} was answered: {self._unclear}",
                 where="responder",
@@ -101,12 +132,12 @@ class PressBook:
             yield each
 
     def _judge(self, made: ResponseMade) -> None:
-        if made.answers and self._is_newest(made):
-            self._answer = self._answer or made
-        elif made.repeat:
-            self._suspect(made, f"{made.button} was held down, or pressed shortly before")
-        elif made.means == "undeclared":
+        if self._is_newest(made):
+            self._presses.append(made)
+        if made.means == "undeclared":
             self._suspect(made, f"the rig does not say what button {made.button} means")
+        elif made.repeat != "no":
+            self._suspect(made, f"{made.button} was held down")
 
     def _suspect(self, event: ResponseMade | UnreadableInput, what: str) -> None:
         if event.phase == "window" and self._is_newest(event):

@@ -179,7 +179,7 @@ class Standing:
                 self.last_response_time_s = event.response_time_s
                 if self.trial is not None:
                     self.trial.felt = True
-            case ResponseMade() if event.repeat or event.means == "undeclared":
+            case ResponseMade() if event.repeat == "yes" or event.means == "undeclared":
                 self.health.unclear += 1
             case UnreadableInput():
                 self.health.unclear += 1

@@ -24,6 +24,8 @@ class ScriptedResponder:
         The host time at which it is lost, once; None for never.
     lost_in
         Trial and attempt in which it is lost 0.1 s after the onset.
+    kind
+        What it says that it is.
 
     Attributes
     ----------
@@ -40,13 +42,14 @@ class ScriptedResponder:
     answer: Callable[[Presentation], Iterable[float]] = lambda _presentation: ()
     lost_at_s: float | None = None
     lost_in: set[tuple[int, int]] = field(default_factory=set)
+    kind: str = "scripted"
     presented: list[Presentation] = field(default_factory=list)
     due: list[Press] = field(default_factory=list)
     garbage: list[Unreadable] = field(default_factory=list)
 
     def open(self) -> ResponderInfo:
         """Begin."""
-        return ResponderInfo(kind="scripted", device="script", time_uncertainty_s=0.0)
+        return ResponderInfo(kind=self.kind, device="script", time_uncertainty_s=0.0)
 
     def present(self, presentation: Presentation) -> None:
         """Take note of what is presented, and of the presses that follow."""

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from autd_trials.clock import VirtualClock
 from autd_trials.errors import DeviceError, StoppedByPerson
 from autd_trials.responses.rate import IN_S, MOST_INPUTS
-from autd_trials.responses.responder import Presentation, Press, Unreadable
+from autd_trials.responses.responder import Presentation, Press, Repeat, Unreadable
 from autd_trials.session.events import Fault, ResponseMade, TrialEnd, UnreadableInput
 from autd_trials.session.presses import PressBook, TrialWindow
 from autd_trials.session.recorder import Recorder
@@ -102,7 +102,7 @@ inputs = st.one_of(
         st.floats(0, 4),
         st.sampled_from(["a", "b"]),
         means=st.sampled_from(["felt", "not_felt", "undeclared"]),
-        repeat=st.booleans(),
+        repeat=st.sampled_from(["no", "yes"]),
     ),
     st.builds(Unreadable, st.floats(0, 4), st.text(max_size=5)),
 )
@@ -118,7 +118,7 @@ def test_not_felt_is_said_only_where_nothing_unclear_came(came: list[Press | Unr
         book.take(*([each], []) if isinstance(each, Press) else ([], [each]))
     assert len(log.events) == len(came)
     inside = [each for each in came if ONSET_S <= each.time_s <= END_S]
-    answers = [p for p in inside if isinstance(p, Press) and p.means != "undeclared" and not p.repeat]
+    answers = [p for p in inside if isinstance(p, Press) and p.means != "undeclared" and p.repeat == "no"]
     if answers:
         assert book.answer is not None
         assert (book.answer.means, book.answer.button) == (answers[0].means, answers[0].button)
@@ -149,7 +149,9 @@ def test_something_unreadable_in_a_window_pauses_and_the_trial_runs_again(stage:
 def test_a_key_held_down_is_no_answer_in_any_trial(stage: Stage) -> None:
     """The first press of it is one, if it falls into a window."""
     held_s = [3.0 + PAUSE_S + 0.5 + number / 30 for number in range(3000)]
-    stage.script.due = [Press(time_s, "a", repeat=number > 0) for number, time_s in enumerate(held_s)]
+    stage.script.due = [
+        Press(time_s, "a", repeat="yes" if number else "no") for number, time_s in enumerate(held_s)
+    ]
     with pytest.raises(DeviceError, match="held down"):
         stage.run()
     ends = [event for event in stage.log.events if isinstance(event, TrialEnd)]
@@ -174,3 +176,27 @@ def test_a_button_that_means_not_felt_answers_so(stage: Stage) -> None:
     assert {(end.status, end.response, end.response_time_s) for end in ends} == {
         ("complete", "not_felt", None)
     }
+
+
+@pytest.mark.parametrize(
+    ("times_s", "repeats", "answered_s"),
+    [
+        ([0.4, 0.9, 0.93, 0.96], ["no", "perhaps", "yes", "yes"], 0.4),  # pressed, and held from then on
+        ([0.3, 0.33, 0.36], ["perhaps", "yes", "yes"], None),  # held since shortly before the onset
+        ([0.01, 0.04, 0.07], ["yes", "yes", "yes"], None),  # held since long before
+        ([0.2, 0.5, 0.8], ["perhaps", "perhaps", "perhaps"], 0.2),  # tapped again and again
+        ([1.95], ["perhaps"], None),  # no time left to see whether it goes on
+        ([0.3, 0.33, 1.6], ["perhaps", "yes", "no"], 1.6),  # let go, and pressed anew
+    ],
+)
+def test_a_held_key_is_told_from_one_that_is_pressed_again(
+    times_s: list[float], repeats: list[Repeat], answered_s: float | None
+) -> None:
+    book = PressBook(Recorder(MemoryLog(), VirtualClock(datetime(2026, 11, 22, tzinfo=UTC))))
+    book.open_window(TrialWindow(trial=1, attempt=1, start_s=0.0, onset_s=ONSET_S, end_s=END_S))
+    presses = zip(times_s, repeats, strict=True)
+    book.take([Press(ONSET_S + time_s, "a", repeat=repeat) for time_s, repeat in presses])
+    assert (book.answer and book.answer.response_time_s) == answered_s
+    if answered_s is None:
+        with pytest.raises(DeviceError, match="held down"):
+            book.refuse_unclear()
