@@ -20,5 +20,5 @@ def stage() -> Stage:
 
 
 def small_protocol(**changes: Any) -> Protocol:
-    small = {"within": {}, "timing": _TIMING, "safety": _SAFETY, "masking": None}
+    small: dict[str, Any] = {"within": {}, "timing": _TIMING, "safety": _SAFETY, "masking": None}
     return make_protocol("small", **(small | changes))

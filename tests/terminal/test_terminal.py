@@ -2,13 +2,11 @@
 
 # ruff: noqa: RUF001 - letters of other layouts are what is tested
 
-import contextlib
 import io
 import os
 import sys
 import termios
 import textwrap
-import threading
 from collections.abc import Iterator
 
 import pexpect
@@ -22,7 +20,8 @@ from autd_trials.terminal import Terminal
 from autd_trials.terminal.keys import Key
 from tests.conftest import PseudoTerminal
 
-SOON_S = 2.0
+SOON_S = 60.0
+"""Long enough on the busiest machine; never waited for in full."""
 CLOCK = RealClock()
 
 
@@ -40,19 +39,30 @@ def take_text(inbox: Inbox[Key], count: int) -> str:
     return "".join(key.text for key in keys)
 
 
-@contextlib.contextmanager
-def typing(pty: PseudoTerminal, *pieces: bytes) -> Iterator[None]:
-    """Type in the background, a piece every 0.15 s, beginning after 0.15 s."""
+class Typist:
+    """Types once a question is shown; keeps all that is shown."""
 
-    def type_all() -> None:
-        for piece in pieces:
-            CLOCK.sleep_until(CLOCK.now_s() + 0.15)
-            pty.send(piece)
+    def __init__(self, pty: PseudoTerminal, text: bytes) -> None:
+        self.shown: list[str] = []
+        self._pty = pty
+        self._text = text
 
-    thread = threading.Thread(target=type_all)
-    thread.start()
-    yield
-    thread.join()
+    def __call__(self, shown: str) -> None:
+        self.shown.append(shown)
+        text, self._text = self._text, b""
+        self._pty.send(text)
+
+
+class TypistBehindAScreen(io.StringIO):
+    """Types once something is written; a screen in whose place a test looks."""
+
+    def __init__(self, pty: PseudoTerminal, text: bytes) -> None:
+        super().__init__()
+        self._typist = Typist(pty, text)
+
+    def write(self, text: str) -> int:
+        self._typist(text)
+        return super().write(text)
 
 
 def test_keys_nobody_wants_are_commands(pty: PseudoTerminal, terminal: Terminal) -> None:
@@ -119,25 +129,23 @@ def test_lone_escape_arrives(pty: PseudoTerminal, terminal: Terminal) -> None:
 def test_note_goes_to_nobody_else(pty: PseudoTerminal, terminal: Terminal) -> None:
     responder = KeyboardResponder(terminal)
     responder.open()
-    shown: list[str] = []
-    with typing(pty, "a pöuse".encode(), b"x\x7f\r"):
-        assert terminal.ask_line("note: ", show=shown.append) == "a pöuse"
-    assert shown[0] == "note: "
-    assert shown[-1] == "note: a pöuse"
+    typist = Typist(pty, "a pöusex\x7f\r".encode())
+    assert terminal.ask_line("note: ", show=typist) == "a pöuse"
+    assert typist.shown[0] == "note: "
+    assert typist.shown[-1] == "note: a pöuse"
     assert responder.read(0.0) == []
     assert terminal.commands.take(0.0) == []
 
 
 def test_note_is_echoed_where_nobody_draws_it(pty: PseudoTerminal) -> None:
-    output = io.StringIO()
-    with Terminal(CLOCK, fd=pty.near, output=output) as terminal, typing(pty, b"hello\r"):
+    output = TypistBehindAScreen(pty, b"hello\r")
+    with Terminal(CLOCK, fd=pty.near, output=output) as terminal:
         assert terminal.ask_line("note: ") == "hello"
     assert output.getvalue().rstrip().endswith("note: hello")
 
 
 def test_note_is_cancelled_by_escape(pty: PseudoTerminal, terminal: Terminal) -> None:
-    with typing(pty, b"no", b"\x1b"):
-        assert terminal.ask_line("note: ") is None
+    assert terminal.ask_line("note: ", show=Typist(pty, b"no\x1b")) is None
 
 
 def test_question_ends_when_cancelled(terminal: Terminal) -> None:
@@ -149,15 +157,13 @@ def test_question_ends_when_cancelled(terminal: Terminal) -> None:
     ("typed", "answer"), [(b"y", True), (b"Y", True), (b"n", False), (b"\x1b", False), (b" \rxy", True)]
 )
 def test_confirm(pty: PseudoTerminal, terminal: Terminal, typed: bytes, answer: bool) -> None:
-    with typing(pty, typed):
-        assert terminal.confirm("headphones on?") is answer
+    assert terminal.confirm("headphones on?", show=Typist(pty, typed)) is answer
 
 
 def test_key_typed_before_the_question_does_not_confirm(pty: PseudoTerminal, terminal: Terminal) -> None:
     pty.send(b"y")
     assert take_text(terminal.commands, 1) == "y"
-    with typing(pty, b"n"):
-        assert not terminal.confirm("headphones on?")
+    assert not terminal.confirm("headphones on?", show=Typist(pty, b"n"))
 
 
 def test_type_ahead_is_discarded(pty: PseudoTerminal) -> None:
@@ -365,5 +371,4 @@ def test_a_terminal_that_tells_repeats_and_releases_is_believed(
 
 def test_a_letter_of_another_layout_confirms_nothing(pty: PseudoTerminal, terminal: Terminal) -> None:
     """On a Russian layout the first letter of "no" lies on the key y."""
-    with typing(pty, "н".encode(), b"n"):
-        assert not terminal.confirm("headphones on?")
+    assert not terminal.confirm("headphones on?", show=Typist(pty, "нn".encode()))
