@@ -1,6 +1,6 @@
 """All results of a study as figures."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from analysis.figures import draw_figure
 from analysis.psychometric_figure import draw_psychometric
 from analysis.study import Results
-from analysis.style import figure_style, save_figure
+from analysis.style import FORMATS, figure_style, save_figure
 from analysis.threshold_figure import draw_thresholds
 from analysis.timing_figure import draw_timing
 from analysis.wording import factor_label
@@ -95,7 +95,7 @@ def figures_of(results: Results) -> Iterator[ResultFigure]:
     )
 
 
-def save_figures(results: Results, folder: Path) -> tuple[SavedFigure, ...]:
+def save_figures(results: Results, folder: Path, formats: Sequence[str] = FORMATS) -> tuple[SavedFigure, ...]:
     """Draw all figures of a study and save each as PNG (300 dpi), SVG and PDF.
 
     Parameters
@@ -104,6 +104,8 @@ def save_figures(results: Results, folder: Path) -> tuple[SavedFigure, ...]:
         The study's results.
     folder
         An existing folder.
+    formats
+        Which of the three.
 
     Returns
     -------
@@ -115,5 +117,5 @@ def save_figures(results: Results, folder: Path) -> tuple[SavedFigure, ...]:
         for each in figures_of(results):
             figure = each.draw(results)
             if figure is not None:
-                saved.append(SavedFigure(each, tuple(save_figure(figure, folder, each.name))))
+                saved.append(SavedFigure(each, tuple(save_figure(figure, folder, each.name, formats))))
     return tuple(saved)

@@ -1,15 +1,12 @@
 """One line of any table as a trial: what its cells mean, and messages that name its place."""
 
-import math
 from collections.abc import Mapping, Sequence
 
 from analysis.design import StudyFactor
 from analysis.trial_table import TrialRow, trial_timing
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level
-
-MISSING_WORDS = {"", "n/a", "na", "nan"}
-"""What a cell without a value may say, in small letters."""
+from autd_trials.tables import MISSING_WORDS, number
 
 _FELT = {
     "felt": True,
@@ -26,7 +23,7 @@ _FELT = {
 _SIMULATED = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
 
 
-def trial_row(where: str, cells: Mapping[str, str], number: int, factors: Sequence[StudyFactor]) -> TrialRow:
+def trial_row(where: str, cells: Mapping[str, str], line: int, factors: Sequence[StudyFactor]) -> TrialRow:
     """Return a line's trial.
 
     Parameters
@@ -35,8 +32,8 @@ def trial_row(where: str, cells: Mapping[str, str], number: int, factors: Sequen
         The line's place, for messages.
     cells
         Its cells under our names, as in `analysis.any_table.KNOWN`, and under those of the factors.
-    number
-        Of the line, which is the trial's where the table has none.
+    line
+        Its number among the lines, which is the trial's where the table has none.
     factors
         The factors.
 
@@ -57,7 +54,7 @@ def trial_row(where: str, cells: Mapping[str, str], number: int, factors: Sequen
         participant=cells["participant"],
         session=cells.get("session") or "1",
         block=_count("block", cells, where, default=1),
-        trial=_count("trial", cells, where, default=number),
+        trial=_count("trial", cells, where, default=line),
         attempt=1,
         trial_type=trial_type,
         trial_status=status,
@@ -107,10 +104,10 @@ def _count(name: str, cells: Mapping[str, str], where: str, *, default: int) -> 
 
 def _whole(name: str, cells: Mapping[str, str], where: str) -> int | None:
     """Return a cell as a whole number, also as 3.0, which pandas writes; None if it is missing."""
-    number = _quantity(name, cells, where)
-    if number is not None and (number < 0 or not number.is_integer()):
+    value = _quantity(name, cells, where)
+    if value is not None and (value < 0 or not value.is_integer()):
         raise UsageError(f"{name} is {cells[name]!r}", where=where, do="give a whole number")
-    return None if number is None else int(number)
+    return None if value is None else int(value)
 
 
 def _quantity(name: str, cells: Mapping[str, str], where: str) -> float | None:
@@ -118,16 +115,7 @@ def _quantity(name: str, cells: Mapping[str, str], where: str) -> float | None:
     text = cells.get(name, "")
     if text.lower() in MISSING_WORDS:
         return None
-    number = number_of(text)
-    if number is None:
+    value = number(text)
+    if value is None:
         raise UsageError(f"{name} is {text!r}", where=where, do="give a number, with a decimal point, or n/a")
-    return number
-
-
-def number_of(text: str) -> float | None:
-    """Return the finite number that a text is; None if it is none."""
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
+    return value

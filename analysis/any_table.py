@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.any_row import MISSING_WORDS, is_simulated, number_of, trial_row
+from analysis.any_row import is_simulated, trial_row
 from analysis.checks import look_alikes, trial_warnings, uneven_cells
-from analysis.delimited import DelimitedFile, read_delimited
-from analysis.design import Design, StudyFactor, format_level
+from analysis.design import Design, StudyFactor, refuse_reserved
 from analysis.trial_table import TABLE_SUFFIX, TrialRow
 from analysis.trials import Trials, data_frame
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison, Level
+from autd_trials.tables import MISSING_WORDS, Table, level_text, number, read_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -74,7 +74,7 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
     Parameters
     ----------
     path
-        CSV, or TSV if its name ends so; the first line names the columns.
+        Delimited text, as `autd_trials.tables.read_table` takes it.
     request
         Which column is what.
 
@@ -83,7 +83,7 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
     UsageError
         The table cannot be read, lacks a column, or has answers, levels or trials that make no sense.
     """
-    file = read_delimited(path)
+    file = read_table(path, "table").with_decimal_points()
     columns = _columns(path, request, file.header)
     names = _factor_names(path, columns, file.header)
     stray = [name for name in request.levels if name not in names]
@@ -98,7 +98,7 @@ def read_any_table(path: Path, request: TableRequest) -> Trials:
         raise UsageError("the table has no trials", where=str(path))
     factors = tuple(_factor(path, name, lines, request) for name in names)
     design = Design(path.stem, None, factors, _checked(path, request.comparisons, factors))
-    rows = [trial_row(where, cells, number, factors) for number, (where, cells) in enumerate(lines, start=1)]
+    rows = [trial_row(where, cells, line, factors) for line, (where, cells) in enumerate(lines, start=1)]
     _refuse_duplicates(lines, rows)
     if not any(row.used for row in rows):
         raise UsageError("no trial is complete and answered", where=str(path))
@@ -159,22 +159,23 @@ def _factor_names(path: Path, columns: Mapping[str, str], header: Sequence[str])
             where=str(path),
             do=f"add FACTOR=COLUMN to --columns, such as clothing=cloth; other columns are {others}",
         )
+    refuse_reserved(names, str(path), "call it otherwise in --columns: NAME=COLUMN")
     return names
 
 
 def _lines(
-    file: DelimitedFile, columns: Mapping[str, str], entities: Mapping[str, str]
+    file: Table, columns: Mapping[str, str], entities: Mapping[str, str]
 ) -> list[tuple[str, dict[str, str]]]:
     """Return each line's place and its cells under our names."""
     return [
         (place, {**entities, **{ours: cells[theirs] for ours, theirs in columns.items()}})
-        for place, cells in file.rows
+        for place, cells in file.records()
     ]
 
 
 def _look_alikes(design: Design) -> "Iterator[str]":
     for factor in design.factors:
-        for words in look_alikes(map(str, factor.levels)):
+        for words in look_alikes(map(level_text, factor.levels)):
             yield f"levels of {factor.name} that differ only in case: {words}; are they one?"
 
 
@@ -212,7 +213,7 @@ def _command(path: Path, request: TableRequest) -> str:
         words += ["--levels", f"{name}={','.join(levels)}"]
     for comparison in request.comparisons:
         at = f"@{comparison.at_each}" if comparison.at_each else ""
-        levels = [str(comparison.first), str(comparison.second)]
+        levels = [level_text(comparison.first), level_text(comparison.second)]
         words += ["--compare", f"{comparison.factor}={','.join(levels)}{at}"]
     return shlex.join(words)
 
@@ -222,7 +223,7 @@ def _factor(
 ) -> StudyFactor:
     found = {cells[name] for _, cells in lines if cells[name].lower() not in MISSING_WORDS}
     words = list(request.levels.get(name, ())) or sorted(found, key=_order)
-    numeric = all(number_of(word) is not None for word in [*words, *found])
+    numeric = all(number(word) is not None for word in [*words, *found])
     # 25 and 25.0 are one level.
     levels: tuple[Level, ...] = tuple(dict.fromkeys(float(word) if numeric else word for word in words))
     if not 1 <= len(levels) <= _MOST_LEVELS:
@@ -260,9 +261,9 @@ def _checked(
                 do="name another factor after @, or none",
             )
         factor = known[comparison.factor]
-        levels = [factor.parse(str(level)) for level in (comparison.first, comparison.second)]
+        levels = [factor.parse(level_text(level)) for level in (comparison.first, comparison.second)]
         if None in levels or levels[0] == levels[1]:
-            allowed = ", ".join(map(format_level, factor.levels))
+            allowed = ", ".join(map(level_text, factor.levels))
             raise UsageError(
                 f"{comparison.first} and {comparison.second} are not two levels of {factor.name}",
                 where=str(path),
@@ -294,5 +295,5 @@ def _refuse_duplicates(lines: Sequence[tuple[str, dict[str, str]]], rows: Sequen
 
 def _order(word: str) -> tuple[int, float, str]:
     """Numbers by size, words after them by the alphabet."""
-    number = number_of(word)
-    return (1, 0.0, word) if number is None else (0, number, word)
+    value = number(word)
+    return (1, 0.0, word) if value is None else (0, value, word)

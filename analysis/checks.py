@@ -17,14 +17,14 @@ Rows = Mapping[Path, Sequence[TrialRow]]
 
 
 def record_warnings(problems: Sequence[Problem]) -> tuple[str, ...]:
-    """Return what is wrong with a study's records, loudly: nothing that is computed from them can be trusted."""
+    """Return what is wrong with a study's records, loudly: results from them cannot be trusted."""
     found = in_short(problems)
     if not found:
         return ()
     count = len(unexplained(problems))
     return (
-        f"THE RECORDS ARE NOT AS THEY WERE WRITTEN ({count} finding(s)): do not trust these results before that "
-        "is explained (autd-trials study verify)",
+        f"THE RECORDS ARE NOT AS THEY WERE WRITTEN ({count} finding(s)): do not trust these results before "
+        "that is explained (autd-trials study verify)",
         *found,
     )
 
@@ -50,7 +50,6 @@ def session_warnings(
         *_copies(tables),
         *(f"{log.name}: the session never began (its first line is not whole)" for log in never_begun),
         *_bad_ends(sessions),
-        *_unclear_inputs(sessions),
     )
 
 
@@ -134,15 +133,6 @@ def _copies(tables: Sequence[Path]) -> Iterator[str]:
     for names in by_content.values():
         if len(names) > 1:
             yield f"these trial tables are the same byte for byte, so one may be a copy: {', '.join(names)}"
-
-
-def _unclear_inputs(sessions: Sequence[LoggedSession]) -> Iterator[str]:
-    for session in sessions:
-        if session.unclear_inputs:
-            yield (
-                f"{session.name}: {session.unclear_inputs} input(s) were no answer (unreadable, of "
-                "undeclared buttons, or of keys held down)"
-            )
 
 
 def _bad_ends(sessions: Sequence[LoggedSession]) -> Iterator[str]:

@@ -1,13 +1,14 @@
 """What was varied in a study and what was planned to be compared, from its sessions' protocols."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from analysis.sessions import LoggedSession
 from autd_trials.errors import UsageError
 from autd_trials.protocol.method import Method
 from autd_trials.protocol.schema import Comparison, Factor, Level, Protocol, Study
+from autd_trials.tables import RESERVED_NAMES, level_text, number
 
 Condition = tuple[tuple[str, Level], ...]
 """Factors and the level that each has, in the study's order of factors."""
@@ -36,10 +37,8 @@ class StudyFactor:
 
     def parse(self, text: str) -> Level | None:
         """Return the level that a table's cell means; None if it is none of the factor's."""
-        for level in self.levels:
-            if text == str(level) or (not isinstance(level, str) and _is_number(text, level)):
-                return level
-        return None
+        value = number(text)
+        return next((level for level in self.levels if level in (text, value)), None)
 
 
 @dataclass(frozen=True)
@@ -73,12 +72,7 @@ def conditions(factors: Sequence[StudyFactor]) -> tuple[Condition, ...]:
 
 def describe_condition(condition: Condition) -> str:
     """Return a condition in words, as in ``modulation_hz 25, clothing inner``."""
-    return ", ".join(f"{name} {format_level(level)}" for name, level in condition) or "overall"
-
-
-def format_level(level: float | str) -> str:
-    """Return a level as people write it: 25, not 25.0."""
-    return level if isinstance(level, str) else f"{level:.12g}"
+    return ", ".join(f"{name} {level_text(level)}" for name, level in condition) or "overall"
 
 
 def shown_factors(design: Design) -> tuple[StudyFactor | None, StudyFactor | None]:
@@ -116,8 +110,18 @@ def study_design(sessions: Sequence[LoggedSession]) -> Design:
     newest_first = sorted(sessions, key=lambda session: (session.start.utc, session.name), reverse=True)
     newest = newest_first[0].start.protocol
     _require_same_factors(newest_first)
+    refuse_reserved(_factors(newest), str(newest_first[0].log), "rename the factor in a copy of the study")
     factors = tuple(_study_factor(name, newest_first) for name in _factors(newest))
     return Design(newest.name, newest.study, factors, newest.comparisons, newest.method)
+
+
+def refuse_reserved(names: Iterable[str], where: str, do: str) -> None:
+    """Raise UsageError if a factor is called as a column that tables put beside it."""
+    clash = [name for name in names if name in RESERVED_NAMES]
+    if clash:
+        raise UsageError(
+            f"a factor is called {', '.join(clash)}, as is a column of the tables", where=where, do=do
+        )
 
 
 def protocol_design(protocol: Protocol) -> Design:
@@ -128,13 +132,6 @@ def protocol_design(protocol: Protocol) -> Design:
         for name, factor in _factors(protocol).items()
     )
     return Design(protocol.name, protocol.study, factors, protocol.comparisons, protocol.method)
-
-
-def _is_number(text: str, number: float) -> bool:
-    try:
-        return float(text) == number
-    except ValueError:
-        return False
 
 
 def _factors(protocol: Protocol) -> dict[str, Factor]:

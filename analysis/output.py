@@ -10,18 +10,19 @@ from analysis.methods import METHODS
 from analysis.report.page import report_page
 from analysis.report.provenance import input_hashes, software_versions
 from analysis.study import Results
+from analysis.style import FORMATS
 from analysis.tables.all_tables import result_tables
 from analysis.tables.table import ResultTable
 from autd_trials.errors import DeviceError
 from autd_trials.protocol.schema import Study
-from autd_trials.records.disk import replace_text
-from autd_trials.records.table import json_text, tsv
+from autd_trials.records.disk import json_text, replace_text
+from autd_trials.tables import tsv
 
 REPORT = "report.html"
 _BIDS_VERSION = "1.10.0"
 
 
-def write_results(results: Results, folder: Path) -> list[Path]:
+def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
     """Write everything that the analysis of a study gives.
 
     Parameters
@@ -31,6 +32,8 @@ def write_results(results: Results, folder: Path) -> list[Path]:
     folder
         Where to, ``derivatives/analysis`` of the study; made if it is not there. Files of the same names are
         replaced, others are left alone.
+    formats
+        Of the figures; ``svg`` must be among them, as the report shows it.
 
     Returns
     -------
@@ -55,7 +58,7 @@ def write_results(results: Results, folder: Path) -> list[Path]:
     try:
         for name, text in texts.items():
             replace_text(folder / name, text)
-        figures = save_figures(results, folder)
+        figures = save_figures(results, folder, formats)
         replace_text(folder / REPORT, report_page(results, tables, figures))
     except OSError as error:
         raise DeviceError(

@@ -27,8 +27,6 @@ class LoggedSession:
         How the session ended: success, aborted or failed; interrupted if its log just stops.
     damaged_lines
         Numbers of the log's lines that cannot be read.
-    unclear_inputs
-        How many inputs were no answer: unreadable ones, undeclared buttons, keys held down.
     """
 
     name: str
@@ -36,7 +34,6 @@ class LoggedSession:
     start: SessionStart
     status: Status
     damaged_lines: tuple[int, ...]
-    unclear_inputs: int
 
 
 def read_sessions(study: Path) -> tuple[tuple[LoggedSession, ...], tuple[Path, ...]]:
@@ -65,12 +62,10 @@ def read_sessions(study: Path) -> tuple[tuple[LoggedSession, ...], tuple[Path, .
 
 
 def _session(contents: LogContents) -> LoggedSession:
-    now = standing(contents.events)
     return LoggedSession(
         name=contents.path.name.removesuffix(LOG_SUFFIX),
         log=contents.path,
         start=contents.start,
-        status=now.status,
+        status=standing(contents.events).status,
         damaged_lines=tuple(number for number, _ in contents.damaged),
-        unclear_inputs=now.health.unclear,
     )

@@ -120,7 +120,7 @@ def figure_style() -> Any:
     return mpl.rc_context({**_RC, "font.family": families})
 
 
-def save_figure(figure: "Figure", folder: Path, stem: str) -> list[Path]:
+def save_figure(figure: "Figure", folder: Path, stem: str, formats: Sequence[str] = FORMATS) -> list[Path]:
     """Save a figure as PNG (300 dpi), SVG and PDF; to be called within `figure_style`.
 
     Parameters
@@ -131,14 +131,16 @@ def save_figure(figure: "Figure", folder: Path, stem: str) -> list[Path]:
         An existing folder.
     stem
         The files' name without its ending.
+    formats
+        Which of the three.
 
     Returns
     -------
     list of Path
         The files. The same figure gives the same bytes.
     """
-    files = [folder / f"{stem}.{kind}" for kind in FORMATS]
-    for kind, file in zip(FORMATS, files, strict=True):
+    files = [folder / f"{stem}.{kind}" for kind in formats]
+    for kind, file in zip(formats, files, strict=True):
         # Fast compression: a third of the time of a picture goes into the last tenth of its size.
         options: dict[str, Any] = {"pil_kwargs": {"compress_level": 3}} if kind == "png" else {}
         with replacing(file) as half:

@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Iterator, Sequence
 
 from analysis.comparisons import ComparisonResult
-from analysis.design import describe_condition, format_level
+from analysis.design import describe_condition
 from analysis.order_effects import OrderEffect
 from analysis.rates import ConditionRate
 from analysis.study import Results
@@ -17,6 +17,7 @@ from analysis.wording import (
     format_rate,
     p_equals,
 )
+from autd_trials.tables import level_text
 
 
 def plain_words(results: Results) -> str:
@@ -92,7 +93,7 @@ def _nothing_compared(results: Results) -> Iterator[str]:
     design = results.trials.design
     compared = next((factor for factor in design.factors if len(factor.levels) > 1), None)
     if compared is not None:
-        first, second = map(format_level, compared.levels[:2])
+        first, second = map(level_text, compared.levels[:2])
         other = next((f"@{factor.name}" for factor in design.factors if factor != compared), "")
         example = shlex.quote(f"{compared.name}={first},{second}{other}")
         yield f"To compare two levels of a factor within participants: --compare {example}"

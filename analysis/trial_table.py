@@ -1,6 +1,5 @@
 """Reading one trial table (``*_events.tsv``), strictly: what is not understood is refused with its line."""
 
-import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,9 +8,9 @@ from pathlib import Path
 from analysis.design import StudyFactor
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level
+from autd_trials.tables import MISSING, level_text, number, read_table
 
 TABLE_SUFFIX = "_events.tsv"
-MISSING = "n/a"
 
 _NAME = re.compile(r"(?P<sub>sub-(?P<participant>[A-Za-z0-9]+))_(?P<ses>ses-(?P<session>[A-Za-z0-9]+))_.+")
 _REQUIRED = ("trial_type", "trial", "block", "trial_status", "response")
@@ -106,19 +105,21 @@ def read_trial_table(
     """
     participant, session = _entities(table)
     rows: list[TrialRow] = []
-    completed: dict[int, int] = {}
+    completed: dict[int, str] = {}
     named = [*(factor.name for factor in factors), *([chosen] if chosen else [])]
-    for line, cells in _records(table, [*_REQUIRED, *named]):
-        cell = _Cells(cells, where=f"{table}:{line}")
+    text = read_table(table, "trial table", separator="\t")
+    text.require([*_REQUIRED, *named], "make the table again from the raw log: autd-trials export STUDY")
+    for where, cells in text.records():
+        cell = _Cells(cells, where)
         row = _trial_row(cell, factors, participant, session, chosen)
         if row.trial_status == "complete" and row.trial in completed:
             raise UsageError(
-                f"trial {row.trial} is complete twice, here and in line {completed[row.trial]}",
-                where=f"{table}:{line}",
+                f"trial {row.trial} is complete twice, here and in {completed[row.trial]}",
+                where=where,
                 do="make the table again from the raw log: autd-trials export STUDY",
             )
         if row.trial_status == "complete":
-            completed[row.trial] = line
+            completed[row.trial] = where
         rows.append(row)
     return tuple(rows)
 
@@ -133,32 +134,6 @@ def _entities(table: Path) -> tuple[str, str]:
             do="name it sub-XX/ses-YY/beh/sub-XX_ses-YY_task-NAME_run-N_events.tsv",
         )
     return match["participant"], match["session"]
-
-
-def _records(table: Path, required: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
-    """Return line number and cells by column of every row."""
-    try:
-        lines = table.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"cannot be read: {error}", where=str(table)) from error
-    header = lines[0].split("\t") if lines else []
-    lacking = [column for column in required if column not in header]
-    if lacking:
-        raise UsageError(
-            f"the trial table lacks the column(s) {', '.join(lacking)}",
-            where=f"{table}:1",
-            do="make the table again from the raw log: autd-trials export STUDY",
-        )
-    twice = sorted({column for column in header if header.count(column) > 1})
-    if twice:
-        raise UsageError(f"the column(s) {', '.join(twice)} are there twice", where=f"{table}:1")
-    records = []
-    for line, text in enumerate(lines[1:], start=2):
-        cells = text.split("\t")
-        if len(cells) != len(header):
-            raise UsageError(f"{len(cells)} cells under {len(header)} column names", where=f"{table}:{line}")
-        records.append((line, dict(zip(header, cells, strict=True))))
-    return records
 
 
 @dataclass(frozen=True)
@@ -183,11 +158,8 @@ class _Cells:
         text = self.cells.get(column, MISSING)
         if text == MISSING:
             return None
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
+        value = number(text)
+        if value is None:
             raise self._error(column, "a number or n/a")
         return value
 
@@ -200,7 +172,8 @@ class _Cells:
     def level(self, factor: StudyFactor) -> Level:
         level = factor.parse(self.cells[factor.name])
         if level is None:
-            raise self._error(factor.name, "a level of the protocol: " + ", ".join(map(str, factor.levels)))
+            allowed = ", ".join(map(level_text, factor.levels))
+            raise self._error(factor.name, f"a level of the protocol: {allowed}")
         return level
 
     def _error(self, column: str, expected: str) -> UsageError:

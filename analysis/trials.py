@@ -147,13 +147,7 @@ def _find_sessions(study: Path) -> tuple[tuple[LoggedSession, ...], tuple[Path, 
 
 
 def data_frame(rows: Iterable[TrialRow], design: Design) -> "pd.DataFrame":
-    """Return rows as the data frame that `Trials` describes.
-
-    Raises
-    ------
-    UsageError
-        A factor has the name of another column.
-    """
+    """Return rows as the data frame that `Trials` describes; no factor has the name of another column."""
     import pandas as pd
 
     frame = pd.DataFrame.from_records([{**_cells(row), **row.levels} for row in rows])
@@ -164,7 +158,7 @@ def data_frame(rows: Iterable[TrialRow], design: Design) -> "pd.DataFrame":
 
 def _cells(row: TrialRow) -> dict[str, object]:
     """Return the cells of a row but for its levels."""
-    cells = {
+    return {
         "participant": row.participant,
         "session": row.session,
         "block": row.block,
@@ -177,10 +171,3 @@ def _cells(row: TrialRow) -> dict[str, object]:
         "used": row.used,
         **vars(row.timing),
     }
-    clash = sorted(cells.keys() & row.levels.keys())
-    if clash:
-        raise UsageError(
-            f"a factor is called {', '.join(clash)}, which means something else here",
-            do="call the factor otherwise, in --columns: NAME=COLUMN",
-        )
-    return cells

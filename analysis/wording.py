@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from analysis.comparisons import ComparisonResult
-from analysis.design import Condition, describe_condition, format_level
+from analysis.design import Condition, describe_condition
 from analysis.intervals import Interval
 from autd_trials.protocol.schema import Level
+from autd_trials.tables import level_text
 
 if TYPE_CHECKING:
     from analysis.trials import Trials
@@ -26,7 +27,7 @@ def factor_label(name: str) -> str:
 
 def level_label(level: Level) -> str:
     """Return a level for a figure: ``inner_outer`` as ``inner + outer``."""
-    return format_level(level).replace("_", " + ")
+    return level_text(level).replace("_", " + ")
 
 
 def shortened(text: str, characters: int) -> str:
@@ -36,7 +37,7 @@ def shortened(text: str, characters: int) -> str:
 
 def levels_text(condition: Condition) -> str | None:
     """Return a condition for a table's cell, as in ``modulation_hz 25; clothing inner``; None if empty."""
-    return "; ".join(f"{name} {format_level(level)}" for name, level in condition) or None
+    return "; ".join(f"{name} {level_text(level)}" for name, level in condition) or None
 
 
 def size_words(trials: "Trials") -> str:
@@ -87,7 +88,7 @@ def compared_label(result: ComparisonResult, level: Level) -> str:
 
 def compared_level(factor: str, level: Level) -> str:
     """Return a level of a factor; a bare number comes with the factor's name."""
-    return level_label(level) if isinstance(level, str) else f"{factor} {format_level(level)}"
+    return level_label(level) if isinstance(level, str) else f"{factor} {level_text(level)}"
 
 
 def format_p(p: float | None) -> str:

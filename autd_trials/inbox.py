@@ -9,43 +9,50 @@ from autd_trials.errors import DeviceError
 
 T = TypeVar("T")
 
-MOST_WAITING = 10_000
-"""More items than that are waited for by nobody who still reads."""
+MOST_ITEMS = 10_000
+"""What a source may be ahead of its reader; no person is."""
 
 
 class Inbox(Generic[T]):
     """Items in the order in which they came, until their source is lost.
 
-    It holds `MOST_WAITING` items at most. A source that sends more before anybody takes them counts as lost,
-    and the loss says how many were not kept: nothing is dropped untold.
-
     Parameters
     ----------
     clock
         The clock in whose time `take` waits.
+    most
+        How many items may wait; a source that sends more counts as lost.
     """
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, most: int = MOST_ITEMS) -> None:
         self._clock = clock
+        self._most = most
         self._changed = threading.Condition()
         self._items: list[T] = []
         self._loss: tuple[str, str, str] | None = None
-        self._not_kept = 0
 
-    def put(self, items: Iterable[T]) -> None:
-        """Add items and wake whoever waits."""
+    def put(self, items: Iterable[T]) -> bool:
+        """Add items and wake whoever waits; return whether the source may go on.
+
+        Items that find no room are not kept, and the source is lost with the number of them.
+        """
         with self._changed:
-            for item in items:
-                if len(self._items) < MOST_WAITING and self._not_kept == 0:
-                    self._items.append(item)
-                else:
-                    self._not_kept += 1
+            new = list(items)
+            room = 0 if self._loss else self._most - len(self._items)
+            self._items.extend(new[:room])
+            if len(new) > room and self._loss is None:
+                self._loss = (
+                    f"more than {self._most} inputs wait to be read; the last {len(new) - room} were dropped",
+                    "responder",
+                    "look for a button or a key that sticks, and check the box's protocol; then go on",
+                )
             self._changed.notify_all()
+            return self._loss is None
 
     def lose(self, what: str, *, where: str, do: str) -> None:
         """Say that nothing will come any more, in the words of a `TrialsError`."""
         with self._changed:
-            self._loss = (what, where, do)
+            self._loss = self._loss or (what, where, do)
             self._changed.notify_all()
 
     def take(self, until_s: float) -> list[T]:
@@ -54,18 +61,12 @@ class Inbox(Generic[T]):
         Raises
         ------
         DeviceError
-            The source was lost, or sent more than was kept, and everything from before was taken.
+            The source was lost and everything it had sent before was taken.
         """
         with self._changed:
             self._changed.wait_for(self._has_news, timeout=self._timeout_s(until_s))
             items, self._items = self._items, []
-            loss, not_kept = self._loss, self._not_kept
-        if not items and not_kept:
-            raise DeviceError(
-                f"more than {MOST_WAITING} inputs came at once; {not_kept} were not kept",
-                where="input",
-                do="see what sends them, then go on",
-            )
+            loss = self._loss
         if not items and loss is not None:
             what, where, do = loss
             raise DeviceError(what, where=where, do=do)
@@ -74,7 +75,7 @@ class Inbox(Generic[T]):
         return items
 
     def _has_news(self) -> bool:
-        return bool(self._items) or self._loss is not None or self._not_kept > 0
+        return bool(self._items) or self._loss is not None
 
     def _timeout_s(self, until_s: float) -> float:
         return min(max(until_s - self._clock.now_s(), 0.0), threading.TIMEOUT_MAX)

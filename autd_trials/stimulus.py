@@ -20,17 +20,17 @@ LimitName = Literal[
     "largest_drive", "longest_burst_s", "largest_duty", "session_exposure_s", "daily_exposure_s"
 ]
 
+SAMPLE_RATE_HZ = 4000
+"""The devices play the envelope in samples."""
+
 LONGEST_BURST_S = 16.0
-"""The devices' buffer holds 65,536 samples at 4 kHz."""
+"""The devices' buffer holds 65,536 samples."""
 
 LARGEST_MODULATION_HZ = 1000.0
 """Four samples a period."""
 
 DRIVE_STEPS = 255
-"""The devices take the drive as one byte."""
-
-SMALLEST_DRIVE = 1 / DRIVE_STEPS
-"""The smallest drive that the devices can tell from 0."""
+"""The devices take the drive, and each sample, as one byte."""
 
 DUTY_WINDOW_S = 60.0
 
@@ -112,6 +112,16 @@ class Limits(Model):
         """
         allowed: float = getattr(self, limit)
         return None if value <= allowed * (1 + _ROUNDING) else Excess(limit, value, allowed)
+
+
+def drive_step(drive: float) -> int:
+    """Return the byte that the devices make of a drive, 0 to 255; nothing is emitted at 0."""
+    return round(DRIVE_STEPS * drive)
+
+
+def sample_count(duration_s: float) -> int:
+    """Return how many samples the devices play for a burst; the last one is silent."""
+    return max(2, math.ceil(round(duration_s * SAMPLE_RATE_HZ, 6)))
 
 
 def exposure_s(stimulus: StimulusFields) -> float:

@@ -10,15 +10,15 @@ from typing import Protocol as Interface
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.design import Condition, Design, conditions, describe_condition, format_level, protocol_design
+from analysis.design import Condition, Design, conditions, describe_condition, protocol_design
 from analysis.rates import ParticipantRate
-from autd_trials.csvfile import read_words
 from autd_trials.errors import UsageError
 from autd_trials.participants.population import Presented, detection_probabilities
 from autd_trials.participants.simulated import CLOTHING_LAYERS
 from autd_trials.participants.traits import Layer
 from autd_trials.protocol.plan import make_plan
 from autd_trials.protocol.schema import Level, Protocol
+from autd_trials.tables import level_text, number, read_table
 
 _PEOPLE, _SEED = 20_000, 1
 
@@ -205,11 +205,13 @@ def read_rates(path: Path, design: Design) -> dict[Condition, float]:
     """
     names = [factor.name for factor in design.factors]
     rates: dict[Condition, float] = {}
-    for where, row in read_words(path, "table of rates", [*names, "rate"]):
+    table = read_table(path, "table of rates").with_decimal_points()
+    table.require([*names, "rate"])
+    for where, row in table.records():
         levels = [factor.parse(row[factor.name]) for factor in design.factors]
         for factor, level in zip(design.factors, levels, strict=True):
             if level is None:
-                allowed = ", ".join(map(format_level, factor.levels))
+                allowed = ", ".join(map(level_text, factor.levels))
                 raise UsageError(
                     f"{factor.name} is {row[factor.name]!r}", where=where, do=f"one of {allowed}"
                 )
@@ -224,11 +226,8 @@ def read_rates(path: Path, design: Design) -> dict[Condition, float]:
 
 
 def _rate(row: Mapping[str, str], where: str) -> float:
-    try:
-        rate = float(row["rate"])
-    except ValueError:
-        rate = -1.0
-    if not 0 < rate < 1:
+    rate = number(row["rate"])
+    if rate is None or not 0 < rate < 1:
         raise UsageError(f"rate is {row['rate']!r}", where=where, do="give a number over 0 and under 1")
     return rate
 
@@ -257,7 +256,7 @@ def _contrasts(design: Design, cells: tuple[Condition, ...]) -> tuple[PlannedCon
                 )
                 for level in (comparison.first, comparison.second)
             ]
-            name = f"{format_level(comparison.first)} - {format_level(comparison.second)}"
+            name = f"{level_text(comparison.first)} - {level_text(comparison.second)}"
             where = f", {describe_condition(at)}" if at else ""
             levels = (comparison.first, comparison.second)
             contrasts.append(PlannedContrast(name + where, comparison.factor, levels, at, sides[0], sides[1]))

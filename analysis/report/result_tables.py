@@ -1,11 +1,12 @@
 """Tables of results as HTML, to be read: rounded, and without columns that say nothing or always the same."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from analysis.report.elements import Content, Element, tag, wide
 from analysis.tables.table import ResultTable, Row
 from analysis.wording import MINUS
-from autd_trials.records.table import Column, Value, cell
+from autd_trials.tables import Column, Value, cell_text
 
 _DIGITS = 4
 _LONG = 24  # characters of a cell that may be broken into lines
@@ -33,11 +34,11 @@ def table_section(table: ResultTable) -> Element:
     )
 
 
-def _everywhere_the_same(column: Column, rows: Sequence[Row]) -> str | None:
+def _everywhere_the_same(column: Column[Any], rows: Sequence[Row]) -> str | None:
     """Return what a column says if it is n/a throughout, or the same words in several rows."""
-    values = {row.get(column.name) for row in rows}
+    values = {row[column.name] for row in rows}
     if values == {None}:
-        return cell(None)
+        return cell_text(None)
     (value, *others) = values
     return value if len(rows) > 1 and not others and isinstance(value, str) else None
 
@@ -48,22 +49,19 @@ def _notes(constant: dict[str, str]) -> Iterator[Element]:
         yield tag("p", f"The same in every row: {facts}.", class_="note")
 
 
-def _upright(rows: Sequence[Row], columns: Sequence[Column]) -> Iterator[Element]:
+def _upright(rows: Sequence[Row], columns: Sequence[Column[Any]]) -> Iterator[Element]:
     yield tag("thead", tag("tr", *(_head(column, "col") for column in columns)))
-    yield tag("tbody", *(tag("tr", *(_cell(row.get(column.name)) for column in columns)) for row in rows))
+    yield tag("tbody", *(tag("tr", *(_cell(row[column.name]) for column in columns)) for row in rows))
 
 
-def _on_its_side(rows: Sequence[Row], columns: Sequence[Column]) -> Iterator[Element]:
+def _on_its_side(rows: Sequence[Row], columns: Sequence[Column[Any]]) -> Iterator[Element]:
     yield tag(
         "tbody",
-        *(
-            tag("tr", _head(column, "row"), *(_cell(row.get(column.name)) for row in rows))
-            for column in columns
-        ),
+        *(tag("tr", _head(column, "row"), *(_cell(row[column.name]) for row in rows)) for column in columns),
     )
 
 
-def _head(column: Column, scope: str) -> Element:
+def _head(column: Column[Any], scope: str) -> Element:
     return tag("th", *_breakable(column.name), scope=scope, title=column.description)
 
 
@@ -79,7 +77,7 @@ def _breakable(name: str) -> Iterator[Content]:
 def _cell(value: Value) -> Element:
     if isinstance(value, float | int) and not isinstance(value, bool):
         return tag("td", _rounded(value), class_="number")
-    text = cell(value)
+    text = cell_text(value)
     return tag("td", text, class_="words") if len(text) > _LONG else tag("td", text)
 
 
@@ -88,6 +86,6 @@ def _rounded(value: float) -> str:
     return text.replace("-", MINUS)
 
 
-def _descriptions(columns: Sequence[Column]) -> Element:
+def _descriptions(columns: Sequence[Column[Any]]) -> Element:
     pairs = (each for column in columns for each in (tag("dt", column.name), tag("dd", column.description)))
     return tag("dl", *pairs)

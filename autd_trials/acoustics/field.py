@@ -42,8 +42,9 @@ def pressure(
     Returns
     -------
     ndarray of complex128
-        Peak pressure in Pa, shape (n,). It differs from `reference_pressure` by less than 1e-5 of the
-        field's largest value.
+        Peak pressure in Pa, shape (n,). It differs from `reference_pressure` by less than 1e-5 of the largest
+        value at the points; if the contributions cancel at all of them, by less than 5e-6 of the sum of the
+        contributions' magnitudes.
 
     Raises
     ------
@@ -124,7 +125,6 @@ def _compiled(sources: Sources, medium: Medium) -> "tuple[Devices, Waves]":
         rotations=np.ascontiguousarray(sources.rotations, dtype=np.float64),
         x_mm=x_mm.astype(np.float32),
         y_mm=y_mm.astype(np.float32),
-        square_mm2=(x_mm**2 + y_mm**2).astype(np.float32),
         phases_turns=np.pad(sources.phases_turns % 1.0, silent).astype(np.float32),
         amplitudes=np.pad(sources.amplitudes_pa_mm, silent).astype(np.float32),
         radius_mm=float(np.linalg.norm(places_mm, axis=1).max()),

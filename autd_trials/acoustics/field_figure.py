@@ -138,8 +138,8 @@ def save_figure(figure: "Figure", stem: Path) -> list[Path]:
 
 
 _LEGEND = (
-    "White line: 1 / sqrt 2 of the largest energy density. +: where the focus was asked for; o: the maximum. "
-    "e = p_rms^2 / (rho c^2)."
+    "White line: 1 / sqrt 2 of the largest energy density; sizes are of the region around the maximum. "
+    "+: where the focus was asked for; o: the maximum. e = p_rms^2 / (rho c^2)."
 )
 
 

@@ -1,6 +1,7 @@
 """How good a focus is: where its maximum lies, how large it is, how strong, and what else there is."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,13 +35,26 @@ _DEPTH_STEP_MM = 0.25
 
 
 @dataclass(frozen=True)
+class SideLobe:
+    """A region beside the focus that is over 1 / sqrt 2 of its energy density, in one plane.
+
+    `level_db` is its maximum re that of the focus, `distance_mm` how far away that maximum lies.
+    """
+
+    level_db: float
+    distance_mm: float
+
+
+@dataclass(frozen=True)
 class FocusMetrics:
     """A focus in figures; energy densities by p_rms^2 / (rho c^2), linear theory.
 
-    `diameters_mm` are the largest chords of the region over 1 / sqrt 2 of the largest energy density, per
-    plane through the maximum; `depth_mm` is that region's length along the beams' mean direction;
-    `side_lobe_db` is the highest other maximum in these planes, `grating_lobe_db` the highest level in the
-    first grating lobes' directions as far away as the focus, both in dB re the maximum.
+    `diameters_mm` are the largest chords of the focus per plane through the maximum: of the connected region
+    around it over 1 / sqrt 2 of its energy density. `depth_mm` is that region's length along the beams' mean
+    direction. `side_lobes` are the other regions over that energy density in these planes, the strongest
+    first: crossed beams have fringes. `side_lobe_db` is the highest other maximum in these planes,
+    `grating_lobe_db` the highest level in the first grating lobes' directions as far away as the focus, both
+    in dB re the maximum; None if there is none.
     """
 
     focus_mm: tuple[float, float, float]
@@ -51,9 +65,10 @@ class FocusMetrics:
     energy_at_focus: float
     level_max_db: float
     diameters_mm: dict[str, float]
+    side_lobes: dict[str, tuple[SideLobe, ...]]
     depth_mm: float
-    side_lobe_db: float
-    grating_lobe_db: float
+    side_lobe_db: float | None
+    grating_lobe_db: float | None
     disc_force_mn: float
     shock_distance_mm: float
 
@@ -87,6 +102,7 @@ def focus_metrics(sources: Sources, air: Air, focus_mm: Vectors) -> FocusMetrics
         raise UsageError("nothing is emitted towards the focus", do="check the poses and the focus")
     e_max, e_focus = energy_density_j_m3(np.array([peak_pa, asked_pa]), air)
     planes = {name: _plane(sources, medium, maximum_mm, axes) for name, axes in PLANES.items()}
+    lobes = {name: _lobes(grid, energy) for name, (grid, energy) in planes.items()}
     return FocusMetrics(
         focus_mm=_triple(focus_mm),
         maximum_mm=_triple(maximum_mm),
@@ -96,8 +112,9 @@ def focus_metrics(sources: Sources, air: Air, focus_mm: Vectors) -> FocusMetrics
         energy_at_focus=float(e_focus / e_max),
         level_max_db=float(sound_level_db(np.array([peak_pa]))[0]),
         diameters_mm={name: largest_chord_mm(grid, energy) for name, (grid, energy) in planes.items()},
+        side_lobes=lobes,
         depth_mm=_depth_mm(sources, medium, maximum_mm),
-        side_lobe_db=max(_side_lobe_db(energy) for _, energy in planes.values()),
+        side_lobe_db=_side_lobe_db([energy for _, energy in planes.values()]),
         grating_lobe_db=_grating_lobe_db(sources, medium, focus_mm, abs(peak_pa)),
         disc_force_mn=focus_force_mn(sources, air, focus_mm),
         shock_distance_mm=shock_distance_mm(abs(peak_pa), air),
@@ -133,7 +150,7 @@ def focus_force_mn(sources: Sources, air: Air, focus_mm: Vectors, disc_mm: float
 
 
 def largest_chord_mm(grid: Grid, energy: NDArray[np.float64], threshold: float = _THRESHOLD) -> float:
-    """Return the largest distance in mm between points of a plane where the energy is over a threshold.
+    """Return the largest distance in mm between points of the connected region around a plane's maximum.
 
     Parameters
     ----------
@@ -142,12 +159,14 @@ def largest_chord_mm(grid: Grid, energy: NDArray[np.float64], threshold: float =
     energy
         Values on it.
     threshold
-        Relative to the largest value.
+        Of the energy in the region, relative to the largest value.
     """
     from scipy.spatial.distance import pdist
 
     level = threshold * energy.max()
-    rim = np.vstack([_crossings(energy, level), _crossings(energy.T, level)[:, ::-1]])
+    regions = _regions(energy, threshold)
+    focus = regions == regions.flat[energy.argmax()]
+    rim = np.vstack([_crossings(energy, focus, level), _crossings(energy.T, focus.T, level)[:, ::-1]])
     if len(rim) < 2:
         return 0.0
     return float(pdist(_hull(rim) @ grid.steps_mm).max())
@@ -167,10 +186,38 @@ def _plane(
         width_mm *= 2
 
 
-def _crossings(energy: NDArray[np.float64], level: float) -> Vectors:
-    """Return where neighbours along the first axis lie on both sides of a level, in indices, shape (n, 2)."""
+def _regions(energy: NDArray[np.float64], threshold: float = _THRESHOLD) -> NDArray[np.int64]:
+    """Return the number of the connected region over a threshold that each point is in; 0 for none."""
+    from scipy.ndimage import label
+
+    regions: NDArray[np.int64] = np.asarray(label(energy > threshold * energy.max())[0], dtype=np.int64)
+    return regions
+
+
+def _lobes(grid: Grid, energy: NDArray[np.float64]) -> tuple[SideLobe, ...]:
+    """Return the regions over the threshold beside the one of the maximum, the strongest first."""
+    regions = _regions(energy)
+    peak = np.unravel_index(energy.argmax(), energy.shape)
+    lobes = []
+    for number in set(range(1, int(regions.max()) + 1)) - {int(regions[peak])}:
+        place = np.unravel_index(np.where(regions == number, energy, 0).argmax(), energy.shape)
+        away = np.array(place) - np.array(peak)
+        lobes.append(
+            SideLobe(
+                level_db=float(10 * np.log10(energy[place] / energy[peak])),
+                distance_mm=float(np.linalg.norm(away @ grid.steps_mm)),
+            )
+        )
+    return tuple(sorted(lobes, key=lambda lobe: -lobe.level_db))
+
+
+def _crossings(energy: NDArray[np.float64], inside: NDArray[np.bool_], level: float) -> Vectors:
+    """Return where a region's rim crosses the steps along the first axis, in indices, shape (n, 2).
+
+    A neighbour that is outside the region lies under the level, else it would be connected to it.
+    """
     before, after = energy[:-1], energy[1:]
-    rows, columns = np.nonzero((before > level) != (after > level))
+    rows, columns = np.nonzero(inside[:-1] != inside[1:])
     share = (level - before[rows, columns]) / (after[rows, columns] - before[rows, columns])
     return np.column_stack([rows + share, columns])
 
@@ -212,20 +259,23 @@ def _depth_mm(sources: Sources, medium: Medium, maximum_mm: Vectors) -> float:
     return float((last - first - 1) * _DEPTH_STEP_MM)
 
 
-def _side_lobe_db(energy: NDArray[np.float64]) -> float:
+def _side_lobe_db(planes: Sequence[NDArray[np.float64]]) -> float | None:
     from scipy.ndimage import maximum_filter
 
-    peaks = np.sort(energy[(energy == maximum_filter(energy, size=5)) & (energy > 0)])
-    return float(10 * np.log10(peaks[-2] / peaks[-1])) if len(peaks) > 1 else -math.inf
+    levels_db = []
+    for energy in planes:
+        peaks = np.sort(energy[(energy == maximum_filter(energy, size=5)) & (energy > 0)])
+        levels_db += [float(10 * np.log10(peaks[-2] / peaks[-1]))] if len(peaks) > 1 else []
+    return max(levels_db, default=None)
 
 
-def _grating_lobe_db(sources: Sources, medium: Medium, focus_mm: Vectors, peak_pa: float) -> float:
+def _grating_lobe_db(sources: Sources, medium: Medium, focus_mm: Vectors, peak_pa: float) -> float | None:
     """Return the largest level in the directions of the first grating lobes, as far away as the focus."""
     points_mm = [
         p for d in range(len(sources.origins_mm)) for p in _grating_lobes(sources, medium, d, focus_mm)
     ]
     if not points_mm:
-        return -math.inf
+        return None
     strengths = np.abs(reference_pressure(sources, medium, np.array(points_mm)))
     return float(20 * np.log10(max(strengths.max() / peak_pa, 1e-12)))
 

@@ -3,7 +3,7 @@
 A device's contribution at a point is split into a carrier, ``exp(2 pi i r0 / lambda - alpha r0)`` with the
 distance r0 to the device's middle, and an envelope that varies slowly from point to point. With
 ``s = |x|^2 - 2 p . x`` for a transducer's place x and the point p, both from the device's middle, its
-distance is ``r = sqrt(r0^2 + s)``, and ``r - r0 = s / (r + r0)`` holds in float32 without cancellation.
+difference of distances is ``r - r0 = s / (r + r0)``, which holds in float32 without cancellation.
 
 The sums are functions of their own under `fastmath`: only so does the compiler use vector instructions.
 Importing this module loads numba.
@@ -29,8 +29,8 @@ _ONE, _HALF = _F(1), _F(0.5)
 class Devices(NamedTuple):
     """The sources as the loops need them, from the middle of each device.
 
-    `centres_mm` (devices, 3), `rotations` (devices, 3, 3); `x_mm`, `y_mm` and `square_mm2` (places), padded
-    with silent transducers to whole vectors; `phases_turns` and `amplitudes` (devices, places); `radius_mm`
+    `centres_mm` (devices, 3), `rotations` (devices, 3, 3); `x_mm` and `y_mm` (places), padded with silent
+    transducers to whole vectors; `phases_turns` and `amplitudes` (devices, places); `radius_mm`
     of the outermost transducer, `half_x_mm` and `half_y_mm` of the rectangle that holds all.
     """
 
@@ -38,7 +38,6 @@ class Devices(NamedTuple):
     rotations: Float64s
     x_mm: Float32s
     y_mm: Float32s
-    square_mm2: Float32s
     phases_turns: Float32s
     amplitudes: Float32s
     radius_mm: float
@@ -144,14 +143,12 @@ def envelope(devices: Devices, waves: Waves, device: int, local: Point) -> tuple
     return _sum_over_transducers(
         devices.x_mm,
         devices.y_mm,
-        devices.square_mm2,
         devices.phases_turns[device],
         devices.amplitudes[device],
         waves.directivity,
-        _F(2 * local[0]),
-        _F(2 * local[1]),
+        _F(local[0]),
+        _F(local[1]),
         _F(local[2]),
-        _F(square),
         _F(math.sqrt(square)),
         _F(waves.turns_per_mm),
         _F(waves.nepers_per_mm),
@@ -162,23 +159,23 @@ def envelope(devices: Devices, waves: Waves, device: int, local: Point) -> tuple
 def _sum_over_transducers(
     x: Float32s,
     y: Float32s,
-    square: Float32s,
     phases: Float32s,
     amplitudes: Float32s,
     directivity: Float32s,
-    twice_px: Any,
-    twice_py: Any,
+    px: Any,
+    py: Any,
     height: Any,
-    r0_square: Any,
     r0: Any,
     turns_per_mm: Any,
     nepers_per_mm: Any,
 ) -> tuple[Any, Any]:
     d0, d1, d2, d3, d4, d5, d6 = directivity
+    height_square = height * height
     real, imaginary = _F(0), _F(0)
     for i in range(x.shape[0]):
-        s = square[i] - x[i] * twice_px - y[i] * twice_py
-        r_square = r0_square + s
+        dx, dy = x[i] - px, y[i] - py
+        s = x[i] * (dx - px) + y[i] * (dy - py)
+        r_square = dx * dx + dy * dy + height_square  # r0^2 + s would cancel close to a transducer
         per_r = _ONE / np.sqrt(r_square)
         beyond = s / (r_square * per_r + r0)
         turns = beyond * turns_per_mm + phases[i]

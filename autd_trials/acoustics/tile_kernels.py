@@ -28,8 +28,8 @@ MOST_NODES = 16
 """Most Chebyshev nodes along an axis of a tile; tiles that need more are computed point by point."""
 
 _LEAST_DISTANCE_MM = 60.0  # closer to a device's rim than this, its envelope is not smooth enough
-_LEAST_NODES = 3
-_NODE_ERROR = 1e-4  # of one device's outermost transducers; over all of them some 1e-6
+_LEAST_NODES = 4
+_NODE_ERROR = 2e-5  # of one device's outermost transducers; over all of them some 1e-6
 _F = np.float32
 _ONE, _HALF = _F(1), _F(0.5)
 _S0, _S1, _S2, _S3, _S4, _S5 = SINE

@@ -15,7 +15,7 @@ from autd_trials.array.driver import Stimulus
 from autd_trials.array.emission import focused_sources
 from autd_trials.array.geometry import UnitPose, Vectors
 from autd_trials.errors import UnsafeError
-from autd_trials.stimulus import DRIVE_STEPS
+from autd_trials.stimulus import DRIVE_STEPS, drive_step
 
 NEAREST_TO_HEAD_MM = 250.0
 
@@ -66,7 +66,7 @@ class EarWatch:
 
     def level_db(self, stimulus: Stimulus) -> float | None:
         """Return the largest level at any ear in dB SPL, at the envelope's peak; None if it is silent."""
-        amplitude = float(_AMPLITUDES[round(DRIVE_STEPS * stimulus.drive)])
+        amplitude = float(_AMPLITUDES[drive_step(stimulus.drive)])
         if amplitude == 0:
             return None
         return self._loudest(stimulus.target_mm)[0] + 20 * math.log10(amplitude)

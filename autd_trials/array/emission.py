@@ -14,7 +14,7 @@ from autd_trials.array.geometry import (
     transducer_places_mm,
     transducer_positions_mm,
 )
-from autd_trials.stimulus import DRIVE_STEPS
+from autd_trials.stimulus import drive_step
 
 
 def focused_sources(
@@ -43,7 +43,7 @@ def focused_sources(
     positions_mm = transducer_positions_mm(believed or units)
     phases = focus_phases(positions_mm, target_mm, speed_of_sound_m_s)
     poses = device_poses(units)
-    amplitude = FULL_PRESSURE_PA_MM * relative_amplitude(round(DRIVE_STEPS * drive))
+    amplitude = FULL_PRESSURE_PA_MM * relative_amplitude(drive_step(drive))
     return Sources(
         origins_mm=np.array([pose.origin_mm for pose in poses]),
         rotations=np.array([pose.rotation for pose in poses]),

@@ -6,19 +6,15 @@ the period's *end*: the emission then runs in straight lines through the ideal e
 starts from zero at the onset. (Held samples without the silencer are 3 % rms off at 100 Hz, and click.)
 """
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from autd_trials.array.driver import Stimulus
 from autd_trials.errors import UsageError
-from autd_trials.stimulus import LARGEST_MODULATION_HZ
+from autd_trials.stimulus import LARGEST_MODULATION_HZ, SAMPLE_RATE_HZ, sample_count
 
-SAMPLE_RATE_HZ = 4000
 LARGEST_BUFFER = 65536
 
-_SMALLEST_BUFFER = 2
 _FULL = 255
 
 
@@ -58,8 +54,7 @@ def samples(stimulus: Stimulus) -> NDArray[np.uint8]:
         itself, or a number out of its range.
     """
     _refuse_impossible(stimulus)
-    count = max(_SMALLEST_BUFFER, math.ceil(round(stimulus.duration_s * SAMPLE_RATE_HZ, 6)))
-    ends_s = np.arange(1, count + 1) / SAMPLE_RATE_HZ
+    ends_s = np.arange(1, sample_count(stimulus.duration_s) + 1) / SAMPLE_RATE_HZ
     played = np.rint(_FULL * amplitude(stimulus, ends_s)).astype(np.uint8)
     played[-1] = 0
     return played

@@ -17,7 +17,7 @@ from autd_trials.array.geometry import UnitPose, device_poses, transducer_positi
 from autd_trials.array.limits import ExposureMeter, refuse_out_of_reach
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError, UsageError
-from autd_trials.stimulus import DRIVE_STEPS, SMALLEST_DRIVE, Limits, exposure_s
+from autd_trials.stimulus import DRIVE_STEPS, Limits, drive_step, exposure_s
 
 _SHORTEST_SEND_LEAD_S, _LONGEST_SEND_LEAD_S = 0.05, 1.0
 _ALLOWANCE_S = 0.1  # a host that is late by less than this does not delay the onset
@@ -348,11 +348,11 @@ def _intensity(drive: float) -> int:
     """Return the intensity byte; the pressure amplitude is proportional to it."""
     if not 0 <= drive <= 1:
         raise UsageError(f"the stimulus's drive is {drive}", do="make drive 0 to 1")
-    intensity = round(DRIVE_STEPS * drive)
+    intensity = drive_step(drive)
     if drive > 0 and intensity == 0:
         raise UsageError(
             f"the stimulus's drive of {drive} is too small for the devices",
-            do=f"make drive 0 (nothing is emitted) or at least {SMALLEST_DRIVE:.4f}",
+            do=f"make drive 0 (nothing is emitted) or at least {1 / DRIVE_STEPS:.4f}",
         )
     return intensity
 

@@ -6,7 +6,8 @@ from autd_trials.face import lazy
 
 if TYPE_CHECKING:
     from autd_trials.calibration.file import Calibration, load_calibration, write_calibration
-    from autd_trials.calibration.solve import Settings, Solution, calibrate
+    from autd_trials.calibration.settings import Settings
+    from autd_trials.calibration.solve import Solution, calibrate
     from autd_trials.calibration.track import Track, read_track
 
 __all__ = [
@@ -24,7 +25,7 @@ __getattr__ = lazy(
     __name__,
     {
         "Calibration": "file",
-        "Settings": "solve",
+        "Settings": "settings",
         "Solution": "solve",
         "Track": "track",
         "calibrate": "solve",

@@ -26,13 +26,13 @@ class Cloud:
     """The right points of a calibration.
 
     `half_extents_mm` (3,) along the principal axes, the longest first; `angle_deg` is between the directions
-    in which the two most different units look at the centre.
+    in which the two most different units look at the centre; None if they have no viewpoint.
     """
 
     points: int
     centre_mm: Vectors
     half_extents_mm: Vectors
-    angle_deg: float
+    angle_deg: float | None
 
     @property
     def warnings(self) -> list[str]:
@@ -49,7 +49,7 @@ class Cloud:
             warnings.append(
                 "the points lie almost in a plane; wave the target towards the units and away too"
             )
-        if self.angle_deg < ADVISED_ANGLE_DEG:
+        if self.angle_deg is not None and self.angle_deg < ADVISED_ANGLE_DEG:
             warnings.append(
                 f"the units look at the points from directions only {self.angle_deg:.0f} deg apart; "
                 f"errors of the range are not seen well below {ADVISED_ANGLE_DEG:.0f} deg"
@@ -61,7 +61,7 @@ class Cloud:
         return warnings
 
 
-def examine_cloud(places_mm: Vectors, sensors_mm: Vectors) -> Cloud:
+def examine_cloud(places_mm: Vectors, sensors_mm: Vectors | None) -> Cloud:
     """Return what the cloud of right points is like.
 
     Parameters
@@ -69,7 +69,7 @@ def examine_cloud(places_mm: Vectors, sensors_mm: Vectors) -> Cloud:
     places_mm
         The points in mm, shape (n, 3).
     sensors_mm
-        Where the sensors stand in the same frame, shape (units, 3).
+        Where the sensors stand in the same frame, shape (units, 3); None without viewpoints.
 
     Raises
     ------
@@ -82,7 +82,8 @@ def examine_cloud(places_mm: Vectors, sensors_mm: Vectors) -> Cloud:
     low, high = np.percentile(along, _SPAN, axis=0)
     half = np.sort((high - low) / 2)[::-1]
     _refuse_degenerate(half)
-    return Cloud(len(places_mm), centre_mm, half, _largest_angle_deg(centre_mm - sensors_mm))
+    angle_deg = None if sensors_mm is None else _largest_angle_deg(centre_mm - sensors_mm)
+    return Cloud(len(places_mm), centre_mm, half, angle_deg)
 
 
 def coverage(places_mm: Vectors, centre_mm: Vectors, half_mm: float) -> NDArray[np.int64]:

@@ -1,19 +1,19 @@
 """The calibration file: where each unit stands, and how well that is known."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
 
 import numpy as np
-from pydantic import AfterValidator, AwareDatetime, Field, field_validator
+from pydantic import AfterValidator, AwareDatetime, Field, field_validator, model_validator
 
 from autd_trials.array.geometry import UnitPose, is_rotation
-from autd_trials.errors import UsageError
+from autd_trials.calibration.provenance import Capture, Origin, Sha256, Source, taken_of, worst
+from autd_trials.calibration.writing import create_text
 from autd_trials.model import Model
 from autd_trials.yamlfile import load_with_sha256
 
 Row3 = tuple[float, float, float]
 Row6 = tuple[float, float, float, float, float, float]
-Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
 def _rotation(rows: tuple[Row3, Row3, Row3]) -> tuple[Row3, Row3, Row3]:
@@ -24,6 +24,11 @@ def _rotation(rows: tuple[Row3, Row3, Row3]) -> tuple[Row3, Row3, Row3]:
         )
     return rows
 
+
+MOST_LETTERS = 100
+"""Of a unit's name."""
+
+UnitName = Annotated[str, Field(min_length=1, max_length=MOST_LETTERS)]
 
 RotationRows = Annotated[tuple[Row3, Row3, Row3], AfterValidator(_rotation)]
 """A rotation matrix, row by row."""
@@ -70,7 +75,7 @@ class PredictedEnergy(Model):
 class CalibratedUnit(Model):
     """One unit; a point p of its own lies at ``rotation p + translation_mm`` in the calibrated frame."""
 
-    name: str = Field(min_length=1, description="What people call the unit.")
+    name: UnitName = Field(description="What people call the unit.")
     rotation: RotationRows = Field(description="Rotation matrix, row by row.")
     translation_mm: Row3 = Field(description="The unit's origin in mm.")
     residuals: Residuals | None = Field(None, description="Left out where nothing was measured.")
@@ -87,9 +92,22 @@ class Calibration(Model):
     """Where the units stand, in one frame: that of the first unit."""
 
     frame: str = Field(min_length=1, description="What the calibrated frame is, in words.")
-    made_up: bool = Field(description="True for poses that nobody measured.")
+    made_up: bool = Field(description="True if anything in it was simulated or made up.")
+    origin: Origin = Field(
+        "unknown", description="That of the worst source; unknown in files of version 1 that are not made up."
+    )
+    taken: AwareDatetime | None = Field(
+        None,
+        description="When the oldest data about the units' places were taken; left out if unknown. The "
+        "calibration's age counts from it.",
+    )
     method: str = Field(min_length=1, description="How the poses were found.")
-    time: AwareDatetime = Field(description="When, with the time zone: 2026-11-22T09:30:00Z.")
+    time: AwareDatetime = Field(
+        description="When they were computed, with the time zone: 2026-11-22T09:30:00Z."
+    )
+    sources: tuple[Source, ...] = Field(
+        (), description="The files that the poses rest on, and where each comes from."
+    )
     inputs: dict[str, Sha256] = Field(
         default_factory=dict, description="SHA-256 of each file that the poses were computed from."
     )
@@ -116,6 +134,22 @@ class Calibration(Model):
             raise ValueError(f"each unit needs a name of its own; these are {', '.join(names)}")
         return units
 
+    @model_validator(mode="after")
+    def _must_not_be_better_than_its_sources(self) -> Self:
+        if self.sources and self.origin != worst([each.origin for each in self.sources]):
+            raise ValueError(f"origin is {self.origin!r}, which is not that of the worst source")
+        if self.sources and self.taken != taken_of(self.sources):
+            raise ValueError("taken is not the oldest time of the sources")
+        if not self.made_up and self.origin in ("simulated", "made up"):
+            raise ValueError(f"made_up is false, but origin is {self.origin!r}")
+        return self
+
+    @property
+    def capture(self) -> Capture:
+        """Where the poses come from, as a source of another calibration or for a rig to judge."""
+        made_up = self.made_up and self.origin in ("measured", "unknown")
+        return Capture(origin="made up" if made_up else self.origin, sensor="", taken=self.taken)
+
     def unit_poses(self) -> list[UnitPose]:
         """Return the units' poses, in order."""
         return [
@@ -140,13 +174,7 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
         default_flow_style=None,
         width=100,
     )
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise UsageError("this file exists already", where=str(path), do="give --out another name") from None
-    except OSError as error:
-        raise UsageError(f"the calibration cannot be written: {error}", where=str(path)) from error
+    create_text(path, text, "calibration")
 
 
 def load_calibration(path: Path) -> tuple[Calibration, str]:

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 from pydantic import Field
 
-from autd_trials.calibration.file import RotationRows, Row3
+from autd_trials.calibration.file import RotationRows, Row3, UnitName
+from autd_trials.calibration.provenance import Capture
 from autd_trials.calibration.rigid import RigidMotion
 from autd_trials.model import Model
 from autd_trials.yamlfile import load_with_sha256
@@ -14,7 +15,7 @@ from autd_trials.yamlfile import load_with_sha256
 class Mount(Model):
     """One unit's sensor; a point p of its frame lies at ``rotation p + translation_mm`` in the unit's."""
 
-    unit: str = Field(min_length=1, description="Name of the unit.")
+    unit: UnitName = Field(description="Name of the unit.")
     rotation: RotationRows = Field(description="Rotation matrix, row by row.")
     translation_mm: Row3 = Field(description="The sensor's optical centre in the unit's frame, in mm.")
 
@@ -30,6 +31,11 @@ class Mounts(Model):
     made_up: bool = Field(False, description="True for mounts that nobody measured.")
     source: str = Field(min_length=1, description="Drawing, measurement or acoustic refinement; who, when.")
     mounts: tuple[Mount, ...] = Field(min_length=1, description="One for each unit, in the order of wiring.")
+
+    @property
+    def capture(self) -> Capture:
+        """Where they come from: made up, or measured as `source` says."""
+        return Capture(origin="made up" if self.made_up else "measured", sensor="")
 
 
 def load_mounts(path: Path) -> tuple[Mounts, str]:

@@ -6,22 +6,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_trials.calibration.joint import (
-    JointEstimate,
-    SensorNoise,
-    Wand,
-    bias_scale_correlations,
-    fit_jointly,
-)
+from autd_trials.calibration.joint import JointEstimate, fit_jointly
+from autd_trials.calibration.normal_equations import TUKEY_CHI2, Wand
+from autd_trials.calibration.pairing import LARGEST_OFFSET_S
 from autd_trials.calibration.rigid import RigidMotion
 from autd_trials.calibration.robust import register_as_the_paper, register_robustly
+from autd_trials.calibration.sensor_model import Sensor
 from autd_trials.errors import UsageError
 
-_GATE_CHI2 = 11.34  # 99 % of the chi-square distribution with 3 degrees of freedom
-_GATE_PASSES = 8
+_ENOUGH_FOR_THE_NOISE = 1000  # points
+_GATE_PASSES = 2  # points at the gate hardly weigh anything
 _FEWEST_INLIERS = 6
 _NO_COMMON_MOTION_MM = 50.0  # right pairs were seen to scatter by 25 mm with a bad sensor
 _MIRRORED_RATIO = 0.5
+_LEAST_SHARE = 0.3  # of the points must agree
+_OTHER_UNIT_OF_LENGTH = 2.0  # times as far spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +39,6 @@ class Registered:
         The estimate with its covariance; None for the paper's method, which has none.
     clock_steps_s
         By how much later each unit should have been looked at, shape (units,).
-    bias_scale_correlations
-        Shape (units,); None if no range bias was estimated.
     """
 
     motions: tuple[RigidMotion, ...]
@@ -49,7 +46,6 @@ class Registered:
     places_mm: NDArray[np.float64]
     joint: JointEstimate | None
     clock_steps_s: NDArray[np.float64]
-    bias_scale_correlations: NDArray[np.float64] | None = None
 
     def gaps_mm(self, unit: int) -> NDArray[np.float64]:
         """Return where a unit saw points less where the first one did, shape (n, 3); NaN for outliers."""
@@ -61,10 +57,9 @@ def register_jointly(
     observed_mm: NDArray[np.float64],
     names: Sequence[str],
     generator: np.random.Generator,
-    noise: SensorNoise = SensorNoise(),  # noqa: B008  # frozen
+    sensors: Sequence[Sensor] | None = None,
     *,
     velocities_mm_s: NDArray[np.float64] | None = None,
-    range_bias: bool = False,
     wands: Sequence[Wand] = (),
 ) -> Registered:
     """Register robustly, then by maximum likelihood over all units.
@@ -72,17 +67,16 @@ def register_jointly(
     Parameters
     ----------
     observed_mm
-        Each unit's points in its own sensor's frame in mm, shape (units, n, 3); NaN where it saw none.
+        Each unit's points in its own sensor's frame in mm, shape (units, n, 3), in the order of time; NaN
+        where it saw none.
     names
         What the units are called, for messages.
     generator
         For the robust start.
-    noise
-        The sensors' noise.
+    sensors
+        What is known of each unit's sensor; depth cameras if None.
     velocities_mm_s
         The points' velocities in the sensors' frames, to let the clocks' offsets vary with the poses.
-    range_bias
-        Whether to estimate a constant error of every sensor's range.
     wands
         What each unit saw of a wand, to estimate bias and scale of every sensor's range.
 
@@ -98,28 +92,20 @@ def register_jointly(
         motions.append(motion)
         inliers[unit] = kept
     inliers[0] = inliers[1:].any(axis=0)
-    clock_steps_s = np.zeros(len(observed_mm))
+    known, estimate = _with_fitting_noise(
+        np.where(inliers[..., None], observed_mm, np.nan),
+        motions,
+        sensors or [Sensor()] * len(observed_mm),
+        velocities_mm_s,
+    )
     for _ in range(_GATE_PASSES):
-        counted = np.where(inliers[..., None], observed_mm, np.nan)
-        estimate = fit_jointly(
-            counted, motions, noise, velocities_mm_s=velocities_mm_s, range_bias=range_bias, wands=wands
-        )
-        motions = list(estimate.motions)
-        estimate = _untrimmed(estimate)
+        then_mm = observed_mm
         if velocities_mm_s is not None:
-            observed_mm = observed_mm + estimate.clock_steps_s[:, None, None] * velocities_mm_s
-            clock_steps_s = clock_steps_s + estimate.clock_steps_s
-        new = _consistent(observed_mm, estimate, noise)
-        settled = bool((new == inliers).all())
-        inliers = new
-        if settled:
-            break
-    correlations = None
-    if range_bias and not wands:
+            then_mm = observed_mm + estimate.clock_steps_s[:, None, None] * velocities_mm_s
+        inliers = _consistent(then_mm, estimate, known)
         counted = np.where(inliers[..., None], observed_mm, np.nan)
-        correlations = bias_scale_correlations(counted, estimate, noise)
-    places_mm = estimate.places(observed_mm)
-    return Registered(estimate.motions, inliers, places_mm, estimate, clock_steps_s, correlations)
+        estimate = fit_jointly(counted, estimate.motions, known, velocities_mm_s=velocities_mm_s, wands=wands)
+    return Registered(estimate.motions, inliers, estimate.places(then_mm), estimate, estimate.clock_steps_s)
 
 
 def register_paper(observed_mm: NDArray[np.float64], names: Sequence[str], mad_factor: float) -> Registered:
@@ -159,11 +145,37 @@ def _register_pair(
         raise UsageError(
             f"no pose brings the points of {names[0]} and {names[1]} together: even the best pairs are "
             f"{found.noise_mm:.0f} mm apart",
-            do="see that both sensors watched the same target at the same time, and that its times are right",
+            do=_likely_cause(source, target, names),
+        )
+    share = float(found.inliers.mean())
+    if share < _LEAST_SHARE:
+        raise UsageError(
+            f"only {share:.0%} of the points of {names[0]} and {names[1]} agree on a pose",
+            do=_likely_cause(source, target, names),
         )
     kept = np.zeros(len(both), dtype=bool)
     kept[both] = found.inliers
     return found.motion, kept
+
+
+def _likely_cause(
+    source_mm: NDArray[np.float64], target_mm: NDArray[np.float64], names: tuple[str, str]
+) -> str:
+    spreads = [
+        float(np.median(np.linalg.norm(points - np.median(points, axis=0), axis=1)))
+        for points in (source_mm, target_mm)
+    ]
+    ratio = max(spreads) / max(min(spreads), 1e-9)
+    if ratio > _OTHER_UNIT_OF_LENGTH:
+        larger, smaller = names if spreads[0] > spreads[1] else names[::-1]
+        return (
+            f"the points of {larger} spread {ratio:.3g} times as far as those of {smaller}: give both in mm "
+            "(an inch is 25.4 mm)"
+        )
+    return (
+        "see that both sensors watched the same target at the same time, and that its times are right: "
+        f"clocks may differ by {LARGEST_OFFSET_S:g} s"
+    )
 
 
 def _seen_by_both(
@@ -178,37 +190,39 @@ def _seen_by_both(
     return both
 
 
+def _with_fitting_noise(
+    observed_mm: NDArray[np.float64],
+    motions: Sequence[RigidMotion],
+    sensors: Sequence[Sensor],
+    velocities_mm_s: NDArray[np.float64] | None,
+) -> tuple[Sequence[Sensor], JointEstimate]:
+    """Return the sensors, with isotropic noise if that fits better, and a first fit."""
+    step = -(-observed_mm.shape[1] // _ENOUGH_FOR_THE_NOISE)
+    some_mm = observed_mm[:, ::step]
+    velocities = None if velocities_mm_s is None else velocities_mm_s[:, ::step]
+    shapes = [list(sensors), [replace(sensor, noise=sensor.noise.isotropic) for sensor in sensors]]
+    fits = [
+        fit_jointly(some_mm, motions, [sensor.trusted for sensor in shape], velocities_mm_s=velocities)
+        for shape in shapes[: 1 if shapes[0] == shapes[1] else 2]
+    ]
+    best = int(np.argmin([fit.log_volume for fit in fits]))
+    return shapes[best], fits[best]
+
+
 def _consistent(
-    observed_mm: NDArray[np.float64], estimate: JointEstimate, noise: SensorNoise
+    observed_mm: NDArray[np.float64], estimate: JointEstimate, sensors: Sequence[Sensor]
 ) -> NDArray[np.bool_]:
-    """Return which points agree with the first unit's within 99 % of the noise that was found, (units, n)."""
+    """Return which points have a weight beside the first unit's, (units, n)."""
     places = estimate.places(observed_mm)
     spreads = []
-    for motion, points_mm in zip(estimate.motions, observed_mm, strict=True):
+    for motion, points_mm, sensor in zip(estimate.motions, observed_mm, sensors, strict=True):
         rays = points_mm / np.linalg.norm(points_mm, axis=-1, keepdims=True)
-        spreads.append(motion.rotation @ noise.covariances(rays) @ motion.rotation.T)
+        spreads.append(motion.rotation @ sensor.noise.covariances(rays) @ motion.rotation.T)
     inliers = np.zeros(observed_mm.shape[:2], dtype=bool)
     for unit in range(1, len(observed_mm)):
         gaps = places[unit] - places[0]
         information = np.linalg.inv((spreads[unit] + spreads[0]) * estimate.noise_scale**2)
         with np.errstate(invalid="ignore"):  # NaN where one did not see the point: not consistent
-            inliers[unit] = np.einsum("ni,nij,nj->n", gaps, information, gaps) < _GATE_CHI2
+            inliers[unit] = np.einsum("ni,nij,nj->n", gaps, information, gaps) < TUKEY_CHI2
     inliers[0] = inliers[1:].any(axis=0)
     return inliers
-
-
-def _untrimmed(estimate: JointEstimate) -> JointEstimate:
-    """Give the noise back what the gate cut off its tails.
-
-    The mean of a chi-square variable of 3 degrees of freedom below g is 3 F5(g) / F3(g).
-    """
-    from scipy.stats import chi2
-
-    factor = float(np.sqrt(chi2.cdf(_GATE_CHI2, 3) / chi2.cdf(_GATE_CHI2, 5)))
-    return replace(
-        estimate,
-        noise_scale=estimate.noise_scale * factor,
-        covariance=estimate.covariance * factor**2,
-        bias_sd_mm=estimate.bias_sd_mm * factor,
-        scale_sd=estimate.scale_sd * factor,
-    )

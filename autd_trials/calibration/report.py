@@ -31,7 +31,7 @@ def report(solution: Solution) -> dict[str, Any]:
         "cloud": {
             "centre_mm": solution.cloud.centre_mm.round(1).tolist(),
             "half_extents_mm": solution.cloud.half_extents_mm.round(1).tolist(),
-            "angle_between_units_deg": round(solution.cloud.angle_deg, 1),
+            "angle_between_units_deg": _rounded(solution.cloud.angle_deg, 1),
         },
         "coverage": {
             "workspace_half_mm": WORKSPACE_HALF_MM,
@@ -50,11 +50,11 @@ def report_text(facts: dict[str, Any]) -> str:
     """Return the report for people."""
     lines = [f"{facts['points']} right points; {facts['method']}"]
     for unit in facts["units"]:
-        gaps, sd = unit["rms_per_axis_mm"], unit["sd_at_target"]
+        gaps, sd, clock_s = unit["rms_per_axis_mm"], unit["sd_at_target"], unit["clock_offset_s"]
         lines.append(
             f"{unit['name']}: residuals {unit['rms_mm']:.2f} mm rms (x {gaps[0]:.2f}, y {gaps[1]:.2f}, "
-            f"z {gaps[2]:.2f}), {unit['outliers']} of {unit['points']} points left out, clock "
-            f"{1000 * unit['clock_offset_s']:+.1f} ms"
+            f"z {gaps[2]:.2f}), {unit['outliers']} of {unit['points']} points left out"
+            + ("" if clock_s is None else f", clock {1000 * clock_s:+.1f} ms")
         )
         lines.append(f"  over time: {', '.join(_number(value) for value in unit['rms_over_time_mm'])} mm rms")
         if sd is not None:
@@ -83,7 +83,7 @@ def _unit_report(solution: Solution, unit: int) -> dict[str, Any]:
     calibrated = solution.calibration.units[unit]
     assert calibrated.residuals is not None
     assert calibrated.counts is not None
-    gaps_mm = solution.gaps_mm(unit)
+    gaps_mm, clocks_s = solution.gaps_mm(unit), solution.clock_offsets_s
     parts = np.array_split(np.linalg.norm(gaps_mm, axis=1), _PARTS_OF_TIME)
     return {
         "name": calibrated.name,
@@ -91,7 +91,7 @@ def _unit_report(solution: Solution, unit: int) -> dict[str, Any]:
         **calibrated.residuals.model_dump(),
         "rms_per_axis_mm": np.sqrt(np.nanmean(gaps_mm**2, axis=0)).round(4).tolist(),
         "rms_over_time_mm": [_rms(part) for part in parts],
-        "clock_offset_s": round(float(solution.clock_offsets_s[unit]), 6),
+        "clock_offset_s": None if clocks_s is None else round(float(clocks_s[unit]), 6),
         "sd_at_target": _sd_at_target(solution, unit),
         "range_error": None if calibrated.range_error is None else calibrated.range_error.model_dump(),
     }
@@ -115,6 +115,10 @@ def _middles_mm(solution: Solution) -> NDArray[np.float64]:
     right = ~np.isnan(solution.places_mm[:, :, 0])
     middles: NDArray[np.float64] = np.nanmean(solution.places_mm[:, right.sum(axis=0) > 1], axis=0)
     return middles
+
+
+def _rounded(value: float | None, digits: int) -> float | None:
+    return None if value is None else round(value, digits)
 
 
 def _rms(lengths_mm: NDArray[np.float64]) -> float | None:

@@ -28,13 +28,13 @@ def draw_calibration(solution: Solution, stem: Path) -> list[Path]:
     panels = [figure.add_subplot(grid[row, 1]) for row in range(3)]
     for axis, axes in enumerate(panels):
         _draw_residuals(solution, axis, axes)
-    panels[-1].set_xlabel("time (s)")
+    panels[-1].set_xlabel("row" if solution.time_s is None else "time (s)")
     figure.suptitle(_title(solution), x=0.01, ha="left", fontsize=10)
     return save_figure(figure, stem)
 
 
 def _draw_space(solution: Solution, axes: "Axes3D") -> None:
-    step = max(1, len(solution.time_s) // _MOST_DRAWN)
+    step = max(1, solution.places_mm.shape[1] // _MOST_DRAWN)
     right = ~np.isnan(solution.places_mm[:, :, 0])
     shared = right.sum(axis=0) > 1
     middles = np.nanmean(solution.places_mm[:, shared], axis=0)[::step]
@@ -56,12 +56,14 @@ def _upright(points_mm: Vectors) -> tuple[Vectors, Vectors, Vectors]:
 
 
 def _draw_residuals(solution: Solution, axis: int, axes: "Axes") -> None:
+    rows = np.arange(solution.places_mm.shape[1], dtype=np.float64)
+    along = rows if solution.time_s is None else solution.time_s - solution.time_s[0]
     for unit in range(1, len(solution.calibration.units)):
         gaps_mm = solution.gaps_mm(unit)[:, axis]
         rms_mm = float(np.sqrt(np.nanmean(gaps_mm**2)))
         name = solution.calibration.units[unit].name
         axes.plot(
-            solution.time_s - solution.time_s[0],
+            along,
             gaps_mm,
             ".",
             markersize=2,

@@ -1,9 +1,8 @@
-"""From tracks to a calibration: pair in time, register, and say how well the poses are known."""
+"""From what the units saw to a calibration: where they stand, and how well that is known."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +12,15 @@ from autd_trials.array.geometry import Vectors
 from autd_trials.calibration.cloud import Cloud, examine_cloud
 from autd_trials.calibration.energy import predict_energy
 from autd_trials.calibration.file import CalibratedUnit, Calibration, Counts, RangeError, Residuals
-from autd_trials.calibration.joint import JointEstimate, SensorNoise, Wand
-from autd_trials.calibration.pairing import pair_interpolated, pair_nearest
+from autd_trials.calibration.impossible import refuse_impossible
+from autd_trials.calibration.joint import JointEstimate
+from autd_trials.calibration.normal_equations import Wand
+from autd_trials.calibration.provenance import Source, provenance
 from autd_trials.calibration.registration import Registered, register_jointly, register_paper
 from autd_trials.calibration.rigid import RigidMotion
-from autd_trials.calibration.robust import NORMAL_MAD_FACTOR
+from autd_trials.calibration.sensor_model import Sensor
+from autd_trials.calibration.settings import Settings
+from autd_trials.calibration.sightings import Sightings, paired, sensors_of
 from autd_trials.calibration.track import Track
 from autd_trials.errors import UsageError
 
@@ -25,40 +28,6 @@ FRAME = (
     "unit 1's: origin at transducer 0 of its device 0 (a corner), x to the right, y up, z out along the "
     "emission; mm"
 )
-
-_BIAS_SD = 3.0  # a bias this many standard deviations from 0 is worth a warning
-_LONGEST_LAG = 50
-
-
-@dataclass(frozen=True)
-class Settings:
-    """How to calibrate.
-
-    Attributes
-    ----------
-    method
-        ``joint`` (robust start, maximum likelihood) or ``paper`` (equations 1 to 10).
-    pairing
-        ``interpolated`` (with the clocks' offset) or ``nearest`` (the paper's).
-    mad_factor
-        Of the paper's equation 10.
-    range_bias
-        Whether to estimate a constant error of every sensor's range; not by the paper's method.
-    noise
-        Of the sensors; its shape matters, its size is estimated.
-    target_mm
-        Where the energy is predicted, in the calibrated frame; the cloud's centre if None.
-    seed
-        Of all that is random.
-    """
-
-    method: Literal["joint", "paper"] = "joint"
-    pairing: Literal["interpolated", "nearest"] = "interpolated"
-    mad_factor: float = NORMAL_MAD_FACTOR
-    range_bias: bool = True
-    noise: SensorNoise = field(default_factory=SensorNoise)
-    target_mm: tuple[float, float, float] | None = None
-    seed: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,13 +39,13 @@ class Solution:
     calibration
         What goes into the file.
     time_s
-        The first unit's times, shape (n,).
+        The first unit's times, shape (n,); None if nobody knows them.
     places_mm
         Where each unit saw the target then, shape (units, n, 3), in the calibrated frame; NaN for outliers.
     sensors_mm
         Where the sensors stand, shape (units, 3).
     clock_offsets_s
-        What was added to the first unit's times to get each unit's.
+        What was added to the first unit's times to get each unit's; None without times.
     cloud
         The right points.
     warnings
@@ -84,10 +53,10 @@ class Solution:
     """
 
     calibration: Calibration
-    time_s: NDArray[np.float64]
+    time_s: NDArray[np.float64] | None
     places_mm: NDArray[np.float64]
     sensors_mm: Vectors
-    clock_offsets_s: Vectors
+    clock_offsets_s: Vectors | None
     cloud: Cloud
     warnings: tuple[str, ...]
 
@@ -106,6 +75,7 @@ def calibrate(
     mounts: Sequence[RigidMotion] | None = None,
     wands: Sequence[Wand] = (),
     inputs: dict[str, str] | None = None,
+    sources: Sequence[Source] = (),
 ) -> Solution:
     """Return where the units stand.
 
@@ -116,7 +86,7 @@ def calibrate(
     settings
         How to calibrate.
     time
-        When the target was waved; aware.
+        When this is computed; aware.
     air
         The air, for the prediction of the energy.
     mounts
@@ -125,6 +95,8 @@ def calibrate(
         What each unit saw of a wand of known length, to estimate errors of the range.
     inputs
         SHA-256 of each file that was read.
+    sources
+        Where each of them comes from; unknown if there are none.
 
     Raises
     ------
@@ -132,39 +104,66 @@ def calibrate(
         The tracks have too little in common, do not fit together or do not give a pose, or the target
         would lie behind a unit.
     """
+    sightings = paired(tracks, settings, np.random.default_rng(settings.seed))
+    return solve(
+        sightings, settings, time=time, air=air, mounts=mounts, wands=wands, inputs=inputs, sources=sources
+    )
+
+
+def solve(
+    sightings: Sightings,
+    settings: Settings,
+    *,
+    time: datetime,
+    air: Air,
+    mounts: Sequence[RigidMotion] | None = None,
+    wands: Sequence[Wand] = (),
+    inputs: dict[str, str] | None = None,
+    sources: Sequence[Source] = (),
+) -> Solution:
+    """Return where the units stand, from points that are paired; other parameters as for `calibrate`.
+
+    Raises
+    ------
+    UsageError
+        The points do not fit together, do not give a pose or give one that cannot be.
+    """
     generator = np.random.default_rng(settings.seed)
-    observed_mm, velocities_mm_s, offsets_s = _paired(tracks, settings, generator)
-    names = [track.name for track in tracks]
-    registered = _registered(observed_mm, velocities_mm_s, names, settings, wands, generator)
-    offsets_s = offsets_s + registered.clock_steps_s
-    mounted = list(mounts) if mounts else [RigidMotion.identity()] * len(tracks)
+    names = sightings.names
+    sensors, strange = sensors_of(sightings, settings)
+    registered = _registered(sightings, settings, sensors, wands, generator)
+    offsets_s = None
+    if sightings.clock_offsets_s is not None:
+        offsets_s = sightings.clock_offsets_s + registered.clock_steps_s
+    mounted = list(mounts) if mounts else [RigidMotion.identity()] * len(names)
     first = mounted[0]
-    right = np.where(registered.inliers[..., None], registered.places_mm, np.nan)
-    places_mm = first.apply(right)
+    places_mm = first.apply(np.where(registered.inliers[..., None], registered.places_mm, np.nan))
     sensors_mm = np.array([first.apply(motion.translation_mm) for motion in registered.motions])
     both = registered.inliers[0] & registered.inliers[1:].any(axis=0)
-    cloud = examine_cloud(np.nanmean(places_mm[:, both], axis=0), sensors_mm)
-    units = [_unit(unit, names[unit], registered, mounted) for unit in range(len(tracks))]
+    cameras = [sensor.viewpoint for sensor in sensors]
+    cloud = examine_cloud(np.nanmean(places_mm[:, both], axis=0), sensors_mm if all(cameras) else None)
+    refuse_impossible(registered, names, cameras)
     calibration = Calibration(
         frame=FRAME,
-        made_up=False,
-        method=_method(settings, wands),
+        **provenance(sources),
+        method=_method(sightings, settings, wands, registered.joint),
         time=time,
         inputs=inputs or {},
-        settings=_record(settings, registered, names, offsets_s),
-        units=tuple(units),
+        settings=_record(sightings, settings, cameras, registered, offsets_s),
+        units=tuple(_unit(unit, names[unit], registered, mounted) for unit in range(len(names))),
     )
-    target_mm = settings.target_mm or _triple(cloud.centre_mm.round(1))
-    _refuse_behind(calibration, target_mm)
-    energy = predict_energy(calibration, target_mm, air, generator)
-    calibration = calibration.model_copy(update={"predicted_energy": energy})
-    warnings = [*cloud.warnings, *_range_warnings(observed_mm, registered, names, settings, wands, generator)]
+    if all(cameras) or mounts:  # else the frames are not the units'
+        target_mm = settings.target_mm or _triple(cloud.centre_mm.round(1))
+        _refuse_behind(calibration, target_mm)
+        energy = predict_energy(calibration, target_mm, air, generator)
+        calibration = calibration.model_copy(update={"predicted_energy": energy})
+    warnings = [*strange, *cloud.warnings, *_range_warnings(registered, names, settings, wands)]
     if mounts is None:
         warnings.append(
             "no mounts were given: each sensor's frame is taken as its unit's, which no residual can check; "
             "give --mounts, or refine with --acoustic"
         )
-    return Solution(calibration, tracks[0].time_s, places_mm, sensors_mm, offsets_s, cloud, tuple(warnings))
+    return Solution(calibration, sightings.time_s, places_mm, sensors_mm, offsets_s, cloud, tuple(warnings))
 
 
 def _refuse_behind(calibration: Calibration, target_mm: tuple[float, float, float]) -> None:
@@ -172,45 +171,26 @@ def _refuse_behind(calibration: Calibration, target_mm: tuple[float, float, floa
         if (np.array(target_mm) - unit.centre_mm) @ unit.axis <= 0:
             raise UsageError(
                 "the target ({:.0f}, {:.0f}, {:.0f}) mm".format(*target_mm) + f" lies behind {unit.name}",
-                do="correct the mounts: sensors look along their unit's z, out along the emission",
+                do="correct the mounts: sensors look along their unit's z, out along the emission; or "
+                "declare frames that are no cameras'",
             )
 
 
-def _paired(
-    tracks: Sequence[Track], settings: Settings, generator: np.random.Generator
-) -> tuple[NDArray[np.float64], NDArray[np.float64] | None, Vectors]:
-    """Return points and velocities at the first unit's times, (units, n, 3), and the clocks' offsets."""
-    observed, offsets_s = [tracks[0].points_mm], [0.0]
-    velocities_mm_s = [np.zeros_like(tracks[0].points_mm)]
-    for track in tracks[1:]:
-        if settings.pairing == "nearest":
-            pairs = pair_nearest(tracks[0], track)
-        else:
-            pairs = pair_interpolated(tracks[0], track, generator)
-        observed.append(pairs.points_mm)
-        velocities_mm_s.append(pairs.velocities_mm_s)
-        offsets_s.append(pairs.clock_offset_s)
-    known = settings.pairing == "interpolated"
-    return np.array(observed), np.array(velocities_mm_s) if known else None, np.array(offsets_s)
-
-
 def _registered(
-    observed_mm: NDArray[np.float64],
-    velocities_mm_s: NDArray[np.float64] | None,
-    names: Sequence[str],
+    sightings: Sightings,
     settings: Settings,
+    sensors: Sequence[Sensor],
     wands: Sequence[Wand],
     generator: np.random.Generator,
 ) -> Registered:
     if settings.method == "paper":
-        return register_paper(observed_mm, names, settings.mad_factor)
+        return register_paper(sightings.points_mm, sightings.names, settings.mad_factor)
     return register_jointly(
-        observed_mm,
-        names,
+        sightings.points_mm,
+        sightings.names,
         generator,
-        settings.noise,
-        velocities_mm_s=velocities_mm_s,
-        range_bias=settings.range_bias,
+        sensors,
+        velocities_mm_s=sightings.velocities_mm_s,
         wands=wands,
     )
 
@@ -262,10 +242,7 @@ def _calibrated(
 def _covariance_at_origin(
     unit: int, registered: Registered, first_mount: RigidMotion, pose: RigidMotion
 ) -> NDArray[np.float64] | None:
-    """Move the covariance from the cloud's centre to the unit's origin, and into the calibrated frame.
-
-    Successive points of a track may err alike; their errors' autocorrelation makes the covariance larger.
-    """
+    """Move the covariance from the cloud's centre to the unit's origin, and into the calibrated frame."""
     if registered.joint is None:
         return None
     turned = np.kron(np.eye(2), first_mount.rotation)
@@ -273,27 +250,12 @@ def _covariance_at_origin(
     x, y, z = pose.translation_mm - first_mount.apply(registered.joint.centre_mm)
     shift = np.eye(6)
     shift[:3, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
-    covariance: NDArray[np.float64] = shift @ at_centre @ shift.T * _repetition(registered.gaps_mm(unit))
+    covariance: NDArray[np.float64] = shift @ at_centre @ shift.T
     return covariance
 
 
-def _repetition(gaps_mm: NDArray[np.float64]) -> float:
-    """Return how many points tell as much as one independent one: 1 + 2 x sum of autocorrelations."""
-    centred = np.nan_to_num(gaps_mm - np.nanmean(gaps_mm, axis=0))
-    there = (~np.isnan(gaps_mm[:, 0])).astype(np.float64)
-    variance = float((centred**2).sum() / there.sum())
-    total = 1.0
-    for lag in range(1, min(_LONGEST_LAG, len(centred) // 4)):
-        pairs = float((there[lag:] * there[:-lag]).sum())
-        correlation = float((centred[lag:] * centred[:-lag]).sum()) / max(pairs, 1.0) / variance
-        if correlation < 2 / np.sqrt(3 * max(pairs, 1.0)):  # no longer told from noise
-            break
-        total += 2 * correlation
-    return total
-
-
 def _range_error(unit: int, joint: JointEstimate | None) -> RangeError | None:
-    if joint is None or not joint.bias_sd_mm.any():
+    if joint is None or not (joint.bias_sd_mm[unit] or joint.scale_sd[unit]):
         return None
     return RangeError(
         bias_mm=float(joint.range_errors.biases_mm[unit]),
@@ -304,59 +266,74 @@ def _range_error(unit: int, joint: JointEstimate | None) -> RangeError | None:
 
 
 def _range_warnings(
-    observed_mm: NDArray[np.float64],
-    registered: Registered,
-    names: Sequence[str],
-    settings: Settings,
-    wands: Sequence[Wand],
-    generator: np.random.Generator,
+    registered: Registered, names: Sequence[str], settings: Settings, wands: Sequence[Wand]
 ) -> list[str]:
-    """Say when the points show range biases that nobody asked for, and what else looks like one."""
-    if settings.method == "paper" or wands:
+    """Say what the ranges may be wrong by."""
+    joint = registered.joint
+    if joint is None or wands or not (joint.bias_sd_mm.any() or joint.scale_sd.any()):
         return []
-    if registered.bias_scale_correlations is not None:
-        strongest = float(registered.bias_scale_correlations.min())
-        return [
-            f"range biases were estimated as constant; a bias and a range scale look alike (correlation "
-            f"{strongest:.2f}), and only a wand of known length tells them apart (--wand)"
-        ]
-    kept = np.where(registered.inliers[..., None], observed_mm, np.nan)
-    joint = register_jointly(kept, names, generator, settings.noise, range_bias=True).joint
-    assert joint is not None
-    biases_mm, sd_mm = joint.range_errors.biases_mm, joint.bias_sd_mm
-    if (np.abs(biases_mm) < _BIAS_SD * sd_mm).all():
-        return []
-    found = ", ".join(f"{n} {b:+.1f} +- {s:.1f} mm" for n, b, s in zip(names, biases_mm, sd_mm, strict=True))
-    return [f"the points show errors of the sensors' ranges ({found}); leave out --no-range-bias"]
+    warnings = []
+    if joint.range_corrected:
+        found = ", ".join(
+            f"{name} {bias_mm:+.1f} +- {sd_mm:.1f} mm"
+            for name, bias_mm, sd_mm in zip(
+                names, joint.range_errors.biases_mm, joint.bias_sd_mm, strict=True
+            )
+        )
+        warnings.append(f"the points show that the sensors' ranges are wrong; this is corrected ({found})")
+    if joint.scale_sd.any():
+        warnings.append(
+            f"points do not see a common scale of the ranges: {settings.range_scale_sd:.1%} of them "
+            "(standard deviation) is counted as unknown; a wand of known length shows it"
+        )
+    return warnings
 
 
-def _method(settings: Settings, wands: Sequence[Wand]) -> str:
+def _method(
+    sightings: Sightings, settings: Settings, wands: Sequence[Wand], joint: JointEstimate | None
+) -> str:
     pairing = {
         "interpolated": "interpolated in time with the clocks' offset estimated",
         "nearest": "nearest time stamps",
     }[settings.pairing]
-    if settings.method == "paper":
+    if sightings.time_s is None:
+        pairing = "pairs as given"
+    if joint is None:
         factor = f"{settings.mad_factor:g}"
         return f"paper's equations 1 to 10 (SVD with Tukey weights, MAD factor {factor}); {pairing}"
-    extra = "; range bias and scale by a wand" if wands else "; range biases" if settings.range_bias else ""
-    return f"robust start and joint maximum likelihood with noise along the viewing rays{extra}; {pairing}"
+    extra = ""
+    if wands:
+        extra = "; range bias and scale by a wand"
+    elif joint.range_corrected:
+        extra = "; range biases corrected"
+    return f"robust start and joint maximum likelihood{extra}; {pairing}"
 
 
 def _record(
-    settings: Settings, registered: Registered, names: Sequence[str], offsets_s: Vectors
+    sightings: Sightings,
+    settings: Settings,
+    cameras: Sequence[bool],
+    registered: Registered,
+    offsets_s: Vectors | None,
 ) -> dict[str, str | int | float | bool]:
-    record: dict[str, str | int | float | bool] = {
-        "method": settings.method,
-        "pairing": settings.pairing,
-        "range_bias": settings.range_bias,
-        "seed": settings.seed,
-        "noise_along_mm": settings.noise.along_mm,
-        "noise_across_mm": settings.noise.across_mm,
-    }
+    record: dict[str, str | int | float | bool] = {"method": settings.method, "seed": settings.seed}
+    if sightings.time_s is not None:
+        record["pairing"] = settings.pairing
     if registered.joint is None:
         record["mad_factor"] = settings.mad_factor
     else:
-        record["noise_scale"] = round(registered.joint.noise_scale, 4)
+        record |= {
+            "range_bias": settings.range_bias,
+            "range_scale_sd": settings.range_scale_sd,
+            "noise_along_mm": settings.noise.along_mm,
+            "noise_across_mm": settings.noise.across_mm,
+            "noise_scale": round(registered.joint.noise_scale, 4),
+            "range_corrected": registered.joint.range_corrected,
+        }
+    record |= {f"viewpoint of {name}": each for name, each in zip(sightings.names, cameras, strict=True)}
+    if offsets_s is None:
+        return record
+    names = sightings.names
     for name, offset_s in list(zip(names, offsets_s, strict=True))[1:]:
         record[f"clock_offset_s of {name}"] = round(float(offset_s), 6)
     return record

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from datetime import datetime
 
 Triple = tuple[float, float, float]
 
@@ -42,3 +43,20 @@ def positive(text: str) -> float:
     if value <= 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not over 0")
     return value
+
+
+def moment(text: str) -> datetime:
+    """Read a time with its time zone, as 2026-11-22T09:30:00Z.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        It is something else.
+    """
+    try:
+        time = datetime.fromisoformat(text)
+    except ValueError:
+        time = None
+    if time is None or time.tzinfo is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is no time with a time zone, as 2026-11-22T09:30:00Z")
+    return time

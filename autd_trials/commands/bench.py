@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from autd_trials.clock import Clock, RealClock, VirtualClock
+from autd_trials.commands.output import say
 from autd_trials.commands.study import Study
 from autd_trials.errors import UsageError
 from autd_trials.protocol.plan import Plan
@@ -146,7 +147,8 @@ def _simulated(
         session=plan.session,
         predicted_force_mn=builder.predicted_force_mn(),
     )
-    participant.check(plan)
+    for remark in participant.remarks(plan):
+        say(f"warning: {remark}")
     devices = builder.simulated(participant, used=used, seed=plan.seed)
     return Unattended(), [_watcher(stack, builder.clock, choices)], devices
 

@@ -2,24 +2,24 @@
 
 import argparse
 from dataclasses import asdict
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autd_trials.commands.output import print_json, print_text, say
-from autd_trials.commands.provenance import sha256_of
 from autd_trials.errors import UsageError
 
 if TYPE_CHECKING:
     from autd_trials.acoustics.air import Air
     from autd_trials.calibration.acoustic.heard import Heard
     from autd_trials.calibration.file import Calibration
+    from autd_trials.calibration.provenance import Inputs
 
 _SIMULATED = "simulated:"
 _TARGET_MM = (302.0, 225.0, 1000.0)
 
 
-def refine_by_sound(options: argparse.Namespace) -> int:
+def refine_by_sound(options: argparse.Namespace, inputs: "Inputs", now: datetime) -> int:
     """Refine a calibration and write the result."""
     from autd_trials.acoustics.air import Air
     from autd_trials.calibration.acoustic.refined_file import refine_calibration
@@ -28,11 +28,11 @@ def refine_by_sound(options: argparse.Namespace) -> int:
     if options.calibration is None:
         raise UsageError("--acoustic needs a calibration to start from", do="give --calibration FILE")
     calibration, sha256 = load_calibration(options.calibration)
-    inputs = {str(options.calibration): sha256}
+    inputs.add("calibration", options.calibration, sha256, calibration.capture)
     air = Air(options.air_temperature_c)
     simulated = options.acoustic.startswith(_SIMULATED)
     target_mm = options.target or _target_of(calibration)
-    heard = _simulated(options, air, inputs) if simulated else _measured(Path(options.acoustic), inputs)
+    heard = _simulated(options, air, inputs, now) if simulated else _measured(Path(options.acoustic), inputs)
     result, refined, changes = refine_calibration(
         calibration,
         heard,
@@ -40,9 +40,10 @@ def refine_by_sound(options: argparse.Namespace) -> int:
         microphone_sd_mm=options.microphone_sd_mm,
         target_mm=target_mm,
         seed=options.seed,
-        time=datetime.now(UTC).replace(microsecond=0),
-        inputs=inputs,
-        simulated=simulated,
+        time=now,
+        inputs=inputs.sha256,
+        before=inputs.sources[0],
+        sound=inputs.sources[1],
     )
     write_calibration(result, options.out)
     energy = result.predicted_energy
@@ -73,23 +74,25 @@ def _target_of(calibration: "Calibration") -> tuple[float, float, float]:
     return _TARGET_MM if energy is None else energy.target_mm
 
 
-def _measured(path: Path, inputs: dict[str, str]) -> "list[Heard]":
+def _measured(path: Path, inputs: "Inputs") -> "list[Heard]":
     from autd_trials.calibration.acoustic.heard import read_heard
 
     heard = read_heard(path)
-    inputs[str(path)] = sha256_of(path)
+    inputs.add_data("sound", path)
     return heard
 
 
-def _simulated(options: argparse.Namespace, air: "Air", inputs: dict[str, str]) -> "list[Heard]":
+def _simulated(options: argparse.Namespace, air: "Air", inputs: "Inputs", now: datetime) -> "list[Heard]":
     """Let a simulated microphone hear all units but the first, standing as another calibration says."""
     import numpy as np
 
     from autd_trials.calibration.acoustic.microphone import Microphone, advised_points_mm, listen
     from autd_trials.calibration.file import load_calibration
+    from autd_trials.calibration.provenance import Capture
 
     path = Path(options.acoustic.removeprefix(_SIMULATED))
-    truth, inputs[str(path)] = load_calibration(path)
+    truth, digest = load_calibration(path)
+    inputs.add("sound", path, digest, Capture(origin="simulated", sensor="simulated microphone", taken=now))
     say(f"the microphone is SIMULATED; the units stand as {path} says")
     generator = np.random.default_rng([options.seed, 1])
     microphone = Microphone(options.microphone_sd_mm, amplitude_only=options.amplitude_only)

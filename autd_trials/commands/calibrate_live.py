@@ -4,11 +4,13 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autd_trials.commands.output import say
+from autd_trials.errors import DeviceError
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -18,9 +20,9 @@ if TYPE_CHECKING:
     from autd_trials.array.geometry import Vectors
     from autd_trials.calibration.guidance import Guidance
     from autd_trials.calibration.network.inlets import NodeState
+    from autd_trials.calibration.network.live_track import LiveTrack
     from autd_trials.calibration.network.recording import Sample, UnitRecording
     from autd_trials.calibration.rigid import RigidMotion
-    from autd_trials.calibration.track import Track
 
 _FIND_TIMEOUT_S = 10.0
 _TAKE_EVERY_S = 0.1
@@ -46,67 +48,69 @@ def record_live(
     Raises
     ------
     DeviceError
-        A unit's node was not found.
+        A unit's node was not found, a second one of a unit appeared, or the disk is full.
     UsageError
-        The folder holds a recording already.
+        The folder holds a recording already, or cannot be made.
     """
     import numpy as np
 
     from autd_trials.calibration.guidance import guide
     from autd_trials.calibration.network.inlets import Nodes
+    from autd_trials.calibration.network.live_track import LiveTrack
     from autd_trials.calibration.network.recording import UnitRecording
 
     say(f"looking for the sensor nodes of {', '.join(names)}")
-    with Nodes(len(names), _FIND_TIMEOUT_S) as nodes, _until_stopped(seconds) as going, _display() as show:
-        recordings = [UnitRecording(folder, unit) for unit in range(1, len(names) + 1)]
-        collected = [_Collected(name) for name in names]
+    with ExitStack() as stack:
+        nodes = stack.enter_context(Nodes(len(names), _FIND_TIMEOUT_S))
+        going = stack.enter_context(_until_stopped(seconds))
+        show = stack.enter_context(_display())
+        now = datetime.now(UTC).replace(microsecond=0)
+        recordings = [
+            stack.enter_context(closing(UnitRecording(folder, unit, state.header.capture.at(now))))
+            for unit, state in enumerate(nodes.states, start=1)
+        ]
+        _say_sources(names, nodes.states)
+        collected = [LiveTrack(name) for name in names]
         say(f"recording into {folder}; wave the target everywhere; Ctrl-C ends and calibrates")
         guided_s = time.monotonic()
         while going():
-            _take(nodes.take(), recordings, collected)
+            with _kept(folder):
+                _take(nodes.take(), recordings, collected)
             if time.monotonic() - guided_s > _GUIDE_EVERY_S:
                 tracks = [each.track() for each in collected]
                 show(nodes.states, guide(tracks, first_mount, centre_mm, half_mm, np.random.default_rng(1)))
                 guided_s = time.monotonic()
             time.sleep(_TAKE_EVERY_S)
         _take(nodes.take(), recordings, collected)
-        for recording in recordings:
-            recording.close()
         for name, state in zip(names, nodes.states, strict=True):
             _say_faults(name, state)
 
 
-class _Collected:
-    """One unit's sightings so far, for the guidance; what counts is on disk."""
+def _say_sources(names: Sequence[str], states: "Sequence[NodeState]") -> None:
+    for name, state in zip(names, states, strict=True):
+        capture = state.header.capture
+        if capture.origin != "measured":
+            kind = capture.sensor or "of no known kind"
+            say(
+                f"warning: the sensor of {name} ({kind}) is {capture.origin.upper()}; a real array will "
+                "refuse this calibration"
+            )
 
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self._rows: list[tuple[float, float, float, float]] = []
-        self._offset_s = 0.0
 
-    def add(self, samples: "list[Sample]", clock: list[tuple[float, float]]) -> None:
-        if clock:
-            self._offset_s = clock[-1][1]
-        for sample in samples:
-            seen = sample.x_mm == sample.x_mm  # NaN without a sighting
-            later = not self._rows or sample.t_raw_s + self._offset_s > self._rows[-1][0]
-            if seen and later:
-                time_s = sample.t_raw_s + self._offset_s
-                self._rows.append((time_s, sample.x_mm, sample.y_mm, sample.z_mm))
-
-    def track(self) -> "Track":
-        import numpy as np
-
-        from autd_trials.calibration.track import Track
-
-        rows = np.array(self._rows).reshape(-1, 4)
-        return Track(self._name, rows[:, 0], rows[:, 1:])
+@contextmanager
+def _kept(folder: Path) -> Iterator[None]:
+    """Say of whatever ends a recording that what came before it is kept."""
+    try:
+        yield
+    except DeviceError:
+        say(f"what was recorded so far is in {folder}; `autd-trials calibrate --recorded {folder}` uses it")
+        raise
 
 
 def _take(
     new: "list[tuple[list[Sample], list[tuple[float, float]]]]",
     recordings: "Sequence[UnitRecording]",
-    collected: Sequence[_Collected],
+    collected: "Sequence[LiveTrack]",
 ) -> None:
     for (samples, clock), recording, each in zip(new, recordings, collected, strict=True):
         recording.add(samples)

@@ -1,11 +1,13 @@
 """`autd-trials field`: where the focus is, how large and how strong, before anybody stands there."""
 
 import argparse
+import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from autd_trials.calibration.writing import writing
 from autd_trials.commands.arguments import Triple, numbers, triple
 from autd_trials.commands.output import print_json, print_text, say
 from autd_trials.commands.progress import progress_bar
@@ -74,7 +76,23 @@ def execute(options: argparse.Namespace) -> int:
     """Compute the field and write pictures and metrics."""
     bench = _FieldBench.load(options)
     foci = _named_foci(options.focus)
-    options.out.mkdir(parents=True, exist_ok=True)
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(
+            f"the folder for pictures cannot be made: {error.strerror}",
+            where=str(options.out),
+            do="name a folder, not a file",
+        ) from error
+    with writing(options.out, "free space or name another folder with --out, and compute again"):
+        report = _compute(bench, foci, options)
+        text = json.dumps(report, indent=1, allow_nan=False) + "\n"
+        (options.out / "field.json").write_text(text, encoding="utf-8")
+    return _print(report, options)
+
+
+def _compute(bench: "_FieldBench", foci: dict[str, Triple], options: argparse.Namespace) -> dict[str, Any]:
+    """Draw what was asked for, and return what there is to say of it."""
     report = bench.describe()
     report["foci"] = bench.draw_foci(foci, options)
     first = foci.get("B") or next(iter(foci.values()))
@@ -84,7 +102,7 @@ def execute(options: argparse.Namespace) -> int:
         report["measured"] = bench.draw_scan(first, options)
     if options.scan is not None:
         report["scan"] = bench.write_scan(first, options)
-    return _print(report, options)
+    return report
 
 
 @dataclass(frozen=True)
@@ -288,9 +306,6 @@ def _warnings(metrics: "FocusMetrics") -> list[str]:
 
 
 def _print(report: dict[str, Any], options: argparse.Namespace) -> int:
-    import json
-
-    (options.out / "field.json").write_text(json.dumps(report, indent=1, allow_nan=False) + "\n")
     if options.json:
         print_json(report)
     else:
@@ -309,8 +324,20 @@ def _line(focus: dict[str, Any]) -> str:
     return (
         f"{focus['name']}: maximum at ({maximum}) mm, {focus['shift_mm']:.1f} mm from the focus; "
         f"{focus['energy_density_focus_j_m3']:.0f} J/m3 at the focus, {focus['energy_left']:.0%} of what "
-        f"right poses give; {diameters} mm across, {focus['depth_mm']:.1f} mm deep; "
+        f"right poses give; {diameters} mm across, {focus['depth_mm']:.1f} mm deep{_lobes_line(focus)}; "
         f"{focus['disc_force_mn']:.1f} mN on a 13 mm disc"
+    )
+
+
+def _lobes_line(focus: dict[str, Any]) -> str:
+    """Tell of the side lobes that would look like part of the focus."""
+    lobes = [lobe for plane in focus["side_lobes"].values() for lobe in plane]
+    if not lobes:
+        return ""
+    strongest = max(lobes, key=lambda lobe: float(lobe["level_db"]))
+    return (
+        f" (beside it side lobes of up to {strongest['level_db']:+.1f} dB, the strongest "
+        f"{strongest['distance_mm']:.1f} mm away)"
     )
 
 

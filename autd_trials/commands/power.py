@@ -153,17 +153,13 @@ def _plain(rows: "Sequence[PowerRow]") -> list[dict[str, Any]]:
 
 def _write(rows: "Sequence[PowerRow]", options: argparse.Namespace, population: str) -> None:
     from analysis.power.figure import draw_power
+    from analysis.power.table import power_tsv
 
-    about = {"alpha": options.alpha, "seed": options.seed, "population": population}
-    table = [_flat(row) | about for row in rows]
-    lines = [
-        "\t".join(table[0]),
-        *("\t".join("n/a" if value is None else f"{value}" for value in row.values()) for row in table),
-    ]
+    table = power_tsv(rows, alpha=options.alpha, seed=options.seed, population=population)
     try:
         options.out.mkdir(parents=True, exist_ok=True)
         draw_power(rows, options.alpha, Path(options.protocol).stem, population, options.out)
-        (options.out / "power.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        (options.out / "power.tsv").write_text(table, encoding="utf-8")
     except OSError as error:
         raise DeviceError(
             f"disk: cannot write the results: {error.strerror or error}",
@@ -171,16 +167,6 @@ def _write(rows: "Sequence[PowerRow]", options: argparse.Namespace, population: 
             do="make room or give a folder that can be written to",
         ) from error
     say(f"table and figure: {options.out}")
-
-
-def _flat(row: "PowerRow") -> dict[str, Any]:
-    flat: dict[str, Any] = {}
-    for name, value in asdict(row).items():
-        if isinstance(value, dict):
-            flat |= {f"{name}_{end}": round(number, 6) for end, number in value.items()}
-        else:
-            flat[name] = round(value, 6) if isinstance(value, float) else value
-    return flat
 
 
 def _text(rows: "Sequence[PowerRow]", options: argparse.Namespace) -> str:

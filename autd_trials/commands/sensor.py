@@ -5,6 +5,7 @@ import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -74,15 +75,21 @@ def execute(options: argparse.Namespace) -> int:
     with suppress(StoppedByPerson), ExitStack() as stack:
         stack.enter_context(_stopped_by_signals())
         stack.enter_context(sensor)
-        header = NodeHeader(options.unit, run, sensor.serial, sensor.intrinsics)
+        header = NodeHeader(options.unit, run, sensor.capture, sensor.intrinsics)
         outlet = stack.enter_context(SightingOutlet(header, _FRAME_RATE_HZ))
-        say(f"unit {options.unit}: sensor {sensor.serial} sends as run {run}; Ctrl-C stops it")
+        say(f"unit {options.unit}: {_described(sensor)} sends as run {run}; Ctrl-C stops it")
         _send_all(sensor, outlet, counts, options)
     if options.json:
         print_json({"unit": options.unit, "run": run, "frames": counts.frames, "sightings": counts.sightings})
     else:
         say(f"unit {options.unit}: {counts.frames} frames, target seen in {counts.sightings}")
     return 0
+
+
+def _described(sensor: "Sensor") -> str:
+    capture = sensor.capture
+    taken = "" if capture.taken is None else f", recorded at {capture.taken.isoformat()}"
+    return f"{capture.sensor or 'sensor'} {capture.serial} ({capture.origin}{taken})"
 
 
 def _send_all(
@@ -155,7 +162,11 @@ def _synthetic(options: argparse.Namespace, scene: str) -> "Sensor":
 def _recorded(sensor: "Sensor", folder: Path | None) -> "Sensor":
     from autd_trials.calibration.sensors.replay import RecordingSensor
 
-    return sensor if folder is None else RecordingSensor(sensor, folder)
+    return (
+        sensor
+        if folder is None
+        else RecordingSensor(sensor, folder, datetime.now(UTC).replace(microsecond=0))
+    )
 
 
 @contextmanager

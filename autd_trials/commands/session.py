@@ -17,6 +17,7 @@ from autd_trials.protocol.schema import Protocol
 from autd_trials.records.history import participant_lock, used_before
 from autd_trials.records.layout import SessionPaths
 from autd_trials.records.log import EventLog
+from autd_trials.records.roster import known_participant
 from autd_trials.records.sessions import NewSession, StudySession, new_session, study_lock, take_up
 from autd_trials.session.axis import taken_up
 from autd_trials.session.changes import device_changes, refuse_less_safe, rig_changes
@@ -117,6 +118,8 @@ def _begin(
         devices = here.devices.open()
         stack.callback(here.devices.close)
         here.interrupts.obey()
+        if not choices.simulated and (known := known_participant(study.folder, new.paths.participant)):
+            here.operator.confirm_known(known)
         confirm_beginning(here.operator, study.protocol, plan, frozenset())
         with study_lock(study.folder):
             if planned(new.paths.session) != new:

@@ -15,10 +15,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     verify = verbs.add_parser(
         "verify",
         help="check the chain and the consistency of all logs",
-        description="Check all logs of a study: numbers and chain of their lines, whether each is consistent in "
-        "itself, all of them with each other, and the tables that were made of them.",
-        epilog="Exit codes: 0 nothing was found, 2 the records are not as they were written. The chain has no "
-        "secret: it shows accidents and edits, not the work of somebody who computes it again with care.",
+        description="Check all logs of a study: numbers and chain of their lines, whether each is consistent "
+        "in itself, all of them with each other, and the tables that were made of them.",
+        epilog="Exit codes: 0 nothing was found, 2 the records are not as they were written. The chain has "
+        "no secret: it shows accidents and edits, not the work of somebody who computes it again with care.",
     )
     verify.add_argument("study", metavar="STUDY", type=Path, help="the study's folder, such as data/chest")
     verify.add_argument("--json", action="store_true", help="print one JSON object")

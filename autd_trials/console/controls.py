@@ -7,7 +7,8 @@ from typing import Self
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError
 from autd_trials.session.interrupts import Interrupts
-from autd_trials.terminal import Terminal, keys
+from autd_trials.terminal import Terminal
+from autd_trials.terminal.keys import CONTROL_KEYS, plain_key
 
 _POLL_S = 0.1
 
@@ -53,21 +54,21 @@ class Controls:
     def _listen(self) -> None:
         while not self._ended:
             try:
-                typed = self._terminal.commands.take(self._clock.now_s() + _POLL_S)
+                keys = self._terminal.commands.take(self._clock.now_s() + _POLL_S)
             except DeviceError:
                 self._interrupts.request_abort("the terminal was closed")
                 return
-            for key in typed:
-                self._take(key.text)
+            for key in keys:
+                self._take(plain_key(key.text))
 
     def _take(self, key: str) -> None:
-        match key:
-            case keys.PAUSE:
+        match CONTROL_KEYS.get(key):
+            case "pause":
                 self._interrupts.request_pause()
-            case keys.NOTE:
+            case "note":
                 self.note_wanted = True
                 self._interrupts.request_pause()
-            case keys.ABORT:
+            case "abort":
                 self._interrupts.request_abort()
 
 

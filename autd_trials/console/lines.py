@@ -3,17 +3,9 @@
 from collections.abc import Iterable
 from typing import TextIO
 
-from autd_trials.session.events import (
-    BlockStart,
-    Event,
-    Fault,
-    Note,
-    Pause,
-    SessionEnd,
-    SessionStart,
-    UnreadableInput,
-)
+from autd_trials.session.events import BlockStart, Event, Fault, Note, Pause, SessionEnd, SessionStart
 from autd_trials.session.standing import Standing, standing
+from autd_trials.tables import level_text
 
 
 class Lines:
@@ -44,12 +36,10 @@ class Lines:
     def _line(self, event: Event, now: Standing) -> str | None:
         match event:
             case BlockStart() if self._blocks:
-                levels = ", ".join(f"{name} {level}" for name, level in event.conditions.items())
+                levels = ", ".join(f"{name} {level_text(level)}" for name, level in event.conditions.items())
                 return f"block {event.block} ({levels})"
             case Fault():
                 return f"fault: {event.what}"
-            case UnreadableInput():
-                return f"unreadable input: {event.what}"
             case Pause() if self._blocks:
                 return f"pause: {event.reason}"
             case Note():

@@ -15,7 +15,9 @@ from autd_trials.protocol.plan import PlannedBlock
 from autd_trials.session.events import ConfirmedBy
 from autd_trials.session.interrupts import Interrupts
 from autd_trials.session.operator import Decision
+from autd_trials.tables import level_text
 from autd_trials.terminal import Terminal
+from autd_trials.terminal.keys import plain_key
 
 _POLL_S = 0.1
 
@@ -63,18 +65,19 @@ class TerminalOperator:
 
     def confirm_block(self, block: PlannedBlock) -> None:
         """Show what a person must arrange for a block and wait until it is so."""
-        conditions = "\n".join(f"{name}: {level}" for name, level in block.conditions.items())
+        conditions = "\n".join(f"{name}: {level_text(level)}" for name, level in block.conditions.items())
         arrange = "\n".join((conditions, *block.descriptions))
         self._confirm(
             f"Block {block.block}", arrange, "Is everything as it says, headphones on, eyes closed?"
         )
 
+    def confirm_known(self, summary: str) -> None:
+        """Show what is recorded under an id and ask whether this is the same person; no ends it."""
+        self._confirm_or_end("Known participant", summary, "Is this the same person?")
+
     def confirm_resume(self, summary: str) -> None:
         """Show what is known of an interrupted session and ask whether it may go on; no ends it."""
-        question = "Same participant, same set-up, and willing to go on?"
-        with self._asking("Resume", summary):
-            if not self._yes(question):
-                raise StoppedByPerson(f"not confirmed: {question}")
+        self._confirm_or_end("Resume", summary, "Same participant, same set-up, and willing to go on?")
 
     def decide_after_pause(self, reason: str) -> Decision:
         """Ask what to do, and take notes."""
@@ -87,6 +90,11 @@ class TerminalOperator:
                     return Decision(go_on=choice == "c", notes=tuple(notes))
                 if note := self._terminal.ask_line("note: ", cancelled=self._aborted):
                     notes.append(note)
+
+    def _confirm_or_end(self, title: str, text: str, question: str) -> None:
+        with self._asking(title, text):
+            if not self._yes(question):
+                raise StoppedByPerson(f"not confirmed: {question}")
 
     def _confirm(self, title: str, text: str, question: str) -> None:
         """Ask until the answer is yes: no means not yet."""
@@ -117,8 +125,8 @@ class TerminalOperator:
         with self._terminal.question() as keys:
             while not self._aborted():
                 for key in keys.take(self._clock.now_s() + _POLL_S):
-                    if found := [choice for choice in choices if choice in key.keys]:
-                        return found[0]
+                    if (choice := plain_key(key.text)) in choices:
+                        return choice
         return "a"
 
     def _aborted(self) -> bool:

@@ -17,6 +17,7 @@ from autd_trials.console.phase import Phase, phase_at
 from autd_trials.session.events import Event, SessionStart
 from autd_trials.session.preflight import shortest_s
 from autd_trials.session.standing import Standing, standing
+from autd_trials.tables import level_text
 
 _PHASE_STYLES: dict[Phase, str] = {
     "stimulus": "black on yellow",
@@ -143,13 +144,14 @@ def _block(now: Standing) -> str:
     if now.block is None:
         return f"0 of {len(blocks)}"
     known = next((b.conditions for b in blocks if b.block == now.block.block), {})
-    return f"{now.block.block} of {len(blocks)}  {', '.join(map(str, known.values()))}"
+    return f"{now.block.block} of {len(blocks)}  {', '.join(map(level_text, known.values()))}"
 
 
 def _condition(now: Standing) -> str:
     if now.trial is None:
         return ""
-    levels = ", ".join(f"{n} {level}" for n, level in now.trial.conditions.items() if level is not None)
+    told = {name: level for name, level in now.trial.conditions.items() if level is not None}
+    levels = ", ".join(f"{name} {level_text(level)}" for name, level in told.items())
     return f"{now.trial.trial_type}: {levels}"
 
 

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from autd_trials.clock import Clock
-from autd_trials.errors import DeviceError, UsageError
+from autd_trials.errors import DeviceError
 from autd_trials.participants.traits import (
     FULL_DRIVE_FORCE_MN,
     PREDICTED_FORCE_MN,
@@ -14,7 +14,7 @@ from autd_trials.participants.traits import (
     ParticipantTraits,
 )
 from autd_trials.protocol.plan import Plan
-from autd_trials.responses.responder import Presentation, Press, ResponderInfo, Unreadable
+from autd_trials.responses.responder import Presentation, Press, ResponderInfo
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -52,7 +52,7 @@ class SimulatedParticipant:
     clothing_factor
         The factor that says what the participant wears; a presentation without it reaches bare skin.
     layers
-        What is worn at each level of that factor. Other levels are refused, not guessed.
+        What is worn at each level of that factor. Other levels are felt as bare skin, and `remarks` says so.
     predicted_force_mn
         The force of the field at each target at full drive, as linear theory predicts it where the units
         really stand, in mN. At other targets it is taken for that of a good focus.
@@ -82,12 +82,14 @@ class SimulatedParticipant:
         self._due: list[tuple[float, int, Press]] = []
         self._presses_made = 0
 
-    def check(self, plan: Plan) -> None:
-        """Refuse (UsageError) a plan with clothing that is not among the known `layers`, before a session."""
-        for block in plan.blocks:
-            self._worn(block.conditions)
-        for trial in plan.trials:
-            self._worn(trial.conditions)
+    def remarks(self, plan: Plan) -> list[str]:
+        """Return what the experimenter should know of a plan: clothing that is not in `layers`."""
+        worn = {trial.conditions.get(self._clothing_factor) for trial in plan.trials} - {None}
+        return [
+            f"it is not known how much {self._clothing_factor} {level} lets through; the simulated "
+            "participant feels as if nothing were worn"
+            for level in sorted(str(level) for level in worn if level not in self._layers)
+        ]
 
     def open(self) -> ResponderInfo:
         """Begin anew, without any press outstanding."""
@@ -101,13 +103,7 @@ class SimulatedParticipant:
         )
 
     def present(self, presentation: Presentation) -> None:
-        """Decide whether the stimulus is felt; if so, a press falls due a reaction time after the onset.
-
-        Raises
-        ------
-        UsageError
-            The clothing is not among the known `layers`.
-        """
+        """Decide whether the stimulus is felt; if so, a press falls due a reaction time after the onset."""
         force_mn = self.traits.force_mn(
             presentation.drive,
             self._worn(presentation.conditions),
@@ -133,10 +129,6 @@ class SimulatedParticipant:
             presses.append(heapq.heappop(self._due)[2])
         return presses
 
-    def unreadable(self) -> list[Unreadable]:
-        """Return nothing: it only presses."""
-        return []
-
     def close(self) -> None:
         """Forget what was presented."""
         self._due.clear()
@@ -148,15 +140,7 @@ class SimulatedParticipant:
 
     def _worn(self, conditions: Mapping[str, float | str | None]) -> tuple[Layer, ...]:
         level = conditions.get(self._clothing_factor)
-        if level is None:  # no clothing in this protocol, or a catch trial
-            return ()
-        if isinstance(level, str) and level in self._layers:
-            return self._layers[level]
-        raise UsageError(
-            f"it is not known how much {self._clothing_factor} {level!r} lets through",
-            where="simulated participant",
-            do=f"use one of {', '.join(self._layers)}, or run this protocol with people",
-        )
+        return self._layers.get(str(level), ())  # no clothing in this protocol, a catch trial, or not known
 
 
 def _generator(seed: int, *key: int) -> "Generator":

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from autd_trials.protocol.rules import faults
 from autd_trials.protocol.schema import Protocol
 from autd_trials.yamlfile import load_with_sha256
 from autd_trials.yamlfile.shipped import find_file
@@ -31,4 +32,4 @@ def load_protocol(path: Path) -> Protocol:
 
 def load_protocol_with_sha256(path: Path) -> tuple[Protocol, str]:
     """Read and validate a protocol; return it and the SHA-256 (hexadecimal) of the bytes it was read from."""
-    return load_with_sha256(path, Protocol)
+    return load_with_sha256(path, Protocol, faults)

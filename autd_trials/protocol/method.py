@@ -4,14 +4,11 @@ Every method chooses among the same declared levels, so that each stimulus that 
 checked, before the first trial. How a method chooses is in `autd_trials.adaptive`.
 """
 
-from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
-from pydantic_core import InitErrorDetails
 
-from autd_trials.protocol.checks import fault
-from autd_trials.protocol.model import Model
+from autd_trials.model import Model
 
 Varied = Literal["drive", "depth", "duration_s", "modulation_hz"]
 Steps = Annotated[int, Field(ge=1, le=50)]
@@ -19,7 +16,6 @@ Rate = Annotated[float, Field(ge=0.001, le=0.5)]
 """Never 0: one slip would rule out what is true."""
 
 _DIGITS = 6
-_MOST_PARAMETERS = 20_000
 
 
 class Range(Model):
@@ -40,15 +36,6 @@ class Range(Model):
     def ends(self) -> tuple[float, float]:
         """The smallest and the largest level."""
         return self.smallest, self.largest
-
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield ends the wrong way round, and levels that are not apart."""
-        if self.smallest >= self.largest:
-            message = f"largest ({self.largest:g}) is not over smallest ({self.smallest:g})"
-            yield fault(("largest",), message)
-        elif len(set(self.values)) < self.levels:
-            message = f"{self.levels} levels from {self.smallest:g} to {self.largest:g} are not apart"
-            yield fault(("levels",), f"{message}; ask for fewer")
 
 
 class _Method(Model):
@@ -87,14 +74,6 @@ class Staircase(_Method):
         """The rate of "felt" at which steps up and down are in balance; unequal ones settle near it."""
         return float((self.step_up / (self.step_up + self.step_down)) ** (1 / self.felt_to_go_down))
 
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield a start outside the range."""
-        if not self.range.smallest <= self.start <= self.range.largest:
-            message = (
-                f"start ({self.start:g}) is not within {self.range.smallest:g} to {self.range.largest:g}"
-            )
-            yield fault(("start",), message)
-
 
 class QuestPlusMethod(_Method):
     """QUEST+: the level that is expected to tell most about a Weibull function.
@@ -113,22 +92,6 @@ class QuestPlusMethod(_Method):
     lapse_rates: tuple[Rate, ...] = Field(
         (0.02,), min_length=1, max_length=20, description="Rates of not felt however strong the stimulus."
     )
-
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield rates that leave nothing to the stimulus, values given twice, and too many combinations."""
-        if max(self.guess_rates) + max(self.lapse_rates) >= 1:
-            yield fault(("lapse_rates",), "the largest guess and lapse rates sum up to 1 or more")
-        for key in ("slopes", "guess_rates", "lapse_rates"):
-            values = getattr(self, key)
-            for index, value in enumerate(values):
-                if value in values[:index]:
-                    yield fault((key, index), f"{value:g} is given twice")
-        combinations = (
-            len(self.slopes) * len(self.guess_rates) * len(self.lapse_rates) * 2 * self.range.levels
-        )
-        if combinations > _MOST_PARAMETERS:
-            message = f"{combinations} combinations of threshold, slope, guess and lapse rate"
-            yield fault((), f"{message}; allowed: at most {_MOST_PARAMETERS}")
 
 
 Method = Annotated[Staircase | QuestPlusMethod, Field(discriminator="kind")]

@@ -5,15 +5,15 @@ from typing import Literal
 
 from autd_trials.errors import UsageError
 from autd_trials.model import Model
-from autd_trials.protocol.conditions import combinations, level_text, names_varied
+from autd_trials.protocol.conditions import combinations, names_varied
 from autd_trials.protocol.latin_square import balanced_rows
 from autd_trials.protocol.order import random_order
 from autd_trials.protocol.randomness import Draws
 from autd_trials.protocol.schema import Factor, Level, Protocol, StimulusSpec
+from autd_trials.tables import Column, level_text, require_reserved, tsv
 
 TrialType = Literal["stimulus", "catch"]
 
-_MICRO = 1_000_000
 _Kind = dict[str, Level] | None
 """The levels of the factors within a block that tell a kind of trial from another; None is a catch trial."""
 
@@ -92,16 +92,31 @@ def make_plan(protocol: Protocol, *, place: int, session: int, seed: int) -> Pla
 
 
 def plan_to_tsv(plan: Plan) -> str:
-    """Return a plan as a table: a header, then a line per trial, tab-separated; missing is ``n/a``."""
-    factors = list(plan.trials[0].conditions)
-    header = ["place", "session", "seed", "block", "trial", "trial_type", *factors, "pause_before_s"]
-    lines = ["\t".join(header)]
-    for trial in plan.trials:
-        numbers = (plan.place, plan.session, plan.seed, trial.block, trial.trial)
-        levels = (trial.conditions[factor] for factor in factors)
-        cells = [*map(str, numbers), trial.trial_type, *map(_cell, levels), _cell(trial.pause_before_s)]
-        lines.append("\t".join(cells))
-    return "\n".join(lines) + "\n"
+    """Return a plan as a tab-separated table with a line per trial."""
+    return tsv(plan_columns(plan), [(plan, trial) for trial in plan.trials])
+
+
+def plan_columns(plan: Plan) -> list[Column[tuple[Plan, PlannedTrial]]]:
+    """Return the columns of a plan's table; a row is a plan and one of its trials."""
+    return [*_LEADING, *map(_condition_column, plan.trials[0].conditions), _PAUSE]
+
+
+def _condition_column(name: str) -> Column[tuple[Plan, PlannedTrial]]:
+    return Column(name, f"Level of {name}; n/a where it does not apply.", lambda row: row[1].conditions[name])
+
+
+_LEADING: tuple[Column[tuple[Plan, PlannedTrial]], ...] = (
+    Column("place", "The participant's place in the roster, from 1.", lambda row: row[0].place),
+    Column("session", "The session's number, from 1.", lambda row: row[0].session),
+    Column("seed", "Seed of the plan.", lambda row: row[0].seed),
+    Column("block", "Number of the block, from 1.", lambda row: row[1].block),
+    Column("trial", "Number of the trial in the session, from 1.", lambda row: row[1].trial),
+    Column("trial_type", "Whether there is something to feel.", lambda row: row[1].trial_type),
+)
+_PAUSE: Column[tuple[Plan, PlannedTrial]] = Column(
+    "pause_before_s", "From the end of the trial before to this one.", lambda row: row[1].pause_before_s, "s"
+)
+require_reserved([*_LEADING, _PAUSE])
 
 
 def _refuse_numbers(*, place: int, session: int, seed: int) -> None:
@@ -174,11 +189,8 @@ def _run_group(kind: _Kind, run_of: str | None) -> str:
 
 def _pause_before_s(protocol: Protocol, draws: Draws) -> float:
     """Draw a pause, even over the whole microseconds from the shortest to the longest."""
-    shortest, longest = (
-        round(protocol.timing.pause_min_s * _MICRO),
-        round(protocol.timing.pause_max_s * _MICRO),
-    )
-    return (shortest + draws.below(longest - shortest + 1)) / _MICRO
+    shortest, longest = protocol.timing.pauses_us
+    return (shortest + draws.below(longest - shortest + 1)) / 1e6
 
 
 def _trial(
@@ -194,7 +206,3 @@ def _trial(
         stimulus=stimulus.model_copy(update={"drive": 0.0}) if kind is None else stimulus,
         pause_before_s=pause_before_s,
     )
-
-
-def _cell(value: Level | None) -> str:
-    return "n/a" if value is None else level_text(value)

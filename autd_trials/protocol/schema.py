@@ -1,28 +1,26 @@
 """The protocol's schema: what a YAML protocol may say.
 
 Every quantity carries its unit in its key. Unknown keys are errors. The models are frozen: a protocol
-does not change after it was loaded. What single fields cannot say of each other is in `checks`.
+does not change after it was loaded. What fields must be to each other is in `rules`, which loading asks.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
-from pydantic_core import InitErrorDetails
 
-from autd_trials.protocol import checks, protocol_checks
+from autd_trials.model import Model
 from autd_trials.protocol.method import Method
-from autd_trials.protocol.model import Model
 from autd_trials.stimulus import Fraction, Limits, StimulusFields
+from autd_trials.tables import spelled_levels
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
 Text = Annotated[str, Field(pattern=r"\S", max_length=10_000)]
-Word = Annotated[
-    str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.+-]*$", max_length=40), AfterValidator(checks.not_missing)
-]
+Word = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.+-]*$", max_length=40)]
 Level = float | Word
 """A factor's level: a number (of a stimulus quantity) or a word (a condition that a person arranges)."""
-LevelSentences = dict[Annotated[str, Field(max_length=40)], Text]
+LevelSentences = Annotated[dict[Annotated[str, Field(max_length=40)], Text], AfterValidator(spelled_levels)]
+"""A sentence per level, by the level's one spelling: 5e-05 and 0.00005 are the same key."""
 Coordinate = Annotated[float, Field(ge=-10_000, le=10_000)]
 
 
@@ -34,14 +32,10 @@ class Target(Model):
     z_mm: Coordinate = Field(description="Away from unit 1, in mm.")
 
 
-class StimulusSpec(StimulusFields, Model):
+class StimulusSpec(StimulusFields):
     """One stimulus; every field can also be a factor."""
 
     target: Name = Field(description="Name of one of the protocol's targets.")
-
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield what is wrong between duration, ramps and modulation."""
-        yield from checks.stimulus_faults(self)
 
 
 class Factor(Model):
@@ -55,27 +49,18 @@ class Factor(Model):
         description="A sentence per level, shown and recorded (what the participant wears, say).",
     )
 
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield levels given twice or of two kinds, and sentences about no level."""
-        yield from checks.factor_faults(self)
-
 
 class Factors(Model):
     """What is varied: within a block from trial to trial, between blocks from block to block."""
 
     within_block: dict[Name, Factor] = Field(
-        default_factory=dict, description="Fields of the stimulus that change from trial to trial."
+        default_factory=dict,
+        description="Fields of the stimulus that change from trial to trial.",
     )
     between_blocks: dict[Name, Factor] = Field(
         default_factory=dict,
         description="What changes from block to block: fields of the stimulus, or what a person arranges.",
     )
-
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield factors that are both, that nothing would vary or that would clash with a table's column."""
-        yield from checks.factor_name_faults(
-            self.within_block, self.between_blocks, set(StimulusSpec.model_fields)
-        )
 
 
 class Order(Model):
@@ -96,10 +81,6 @@ class Order(Model):
         description="By a balanced Latin square over participants, shuffled, or as declared.",
     )
 
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield settings of the run length that could have no effect."""
-        yield from checks.order_faults(self)
-
 
 class Timing(Model):
     """When things happen, in s."""
@@ -112,9 +93,10 @@ class Timing(Model):
     pause_max_s: float = Field(gt=0, le=600, description="Longest pause; drawn evenly in between.")
     break_s: float = Field(0.0, ge=0, le=3600, description="Shortest break between blocks.")
 
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield pauses the wrong way round."""
-        yield from checks.timing_faults(self)
+    @property
+    def pauses_us(self) -> tuple[int, int]:
+        """The shortest and the longest pause in whole microseconds, as they are drawn."""
+        return round(self.pause_min_s * 1e6), round(self.pause_max_s * 1e6)
 
 
 class Masking(Model):
@@ -125,10 +107,6 @@ class Masking(Model):
     level_dba: float | None = Field(
         None, ge=20, le=75, description="A-weighted level at the ear; needs the rig's headphones."
     )
-
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield a level too many or too few."""
-        yield from checks.masking_faults(self)
 
 
 class Response(Model):
@@ -227,7 +205,3 @@ class Protocol(Model):
         return StimulusSpec.model_validate(
             fields | {key: conditions[key] for key in fields.keys() & conditions}
         )
-
-    def faults(self) -> Iterator[InitErrorDetails]:
-        """Yield what is wrong between the parts of the protocol."""
-        yield from protocol_checks.protocol_faults(self)

@@ -14,10 +14,9 @@ from autd_trials.records.dataset import (
     changes_text,
     dataset_description,
     log_description,
-    participant_row,
     task_description,
 )
-from autd_trials.records.disk import replace_text
+from autd_trials.records.disk import json_text, replace_text
 from autd_trials.records.kept import MADE, lay_aside, write_kept
 from autd_trials.records.layout import source_folder
 from autd_trials.records.log_table import LOG_COLUMNS, log_rows
@@ -25,10 +24,10 @@ from autd_trials.records.problem import Problem
 from autd_trials.records.readme import readme_text
 from autd_trials.records.register import REGISTER, Entry, read_register, register_text
 from autd_trials.records.sessions import StudySession, never_begun, study_sessions
-from autd_trials.records.sessions_table import SESSION_COLUMNS, session_row
-from autd_trials.records.table import describe, json_text, tsv
+from autd_trials.records.sessions_table import SESSION_COLUMNS
 from autd_trials.records.trials_table import trial_columns, trial_rows
 from autd_trials.records.verify import contains, verify_study
+from autd_trials.tables import describe, tsv
 
 _PATIENCE_S = 60.0
 """For another export of the same study to end."""
@@ -131,13 +130,12 @@ def _disk_error(path: Path, error: OSError) -> DeviceError:
 
 
 def _study_texts(study: Path, sessions: list[StudySession], problems: list[Problem]) -> dict[Path, str]:
-    people = [participant_row(group) for group in _by_participant(sessions)]
     task = sessions[0].paths.task
     texts = {
         study / "dataset_description.json": json_text(dataset_description(sessions)),
         study / "README.md": readme_text(sessions, never_begun(study), problems),
         study / "CHANGES": changes_text(sessions),
-        study / "participants.tsv": tsv(PARTICIPANT_COLUMNS, people),
+        study / "participants.tsv": tsv(PARTICIPANT_COLUMNS, _by_participant(sessions)),
         study / "participants.json": json_text(describe(PARTICIPANT_COLUMNS)),
     }
     if any(trial_rows(session.log) for session in sessions):
@@ -158,7 +156,7 @@ def _session_texts(study: Path, sessions: list[StudySession]) -> dict[Path, str]
     texts: dict[Path, str] = {}
     for group in _by_participant(sessions):
         name = f"sub-{group[0].paths.participant}"
-        texts[study / name / f"{name}_sessions.tsv"] = tsv(SESSION_COLUMNS, map(session_row, group))
+        texts[study / name / f"{name}_sessions.tsv"] = tsv(SESSION_COLUMNS, group)
         texts[study / name / f"{name}_sessions.json"] = json_text(describe(SESSION_COLUMNS))
         for session in group:
             if rows := log_rows(session.log):

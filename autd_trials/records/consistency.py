@@ -1,4 +1,4 @@
-"""Whether a log is consistent in itself: could a session have gone like this?
+"""Whether a log is consistent in itself, so that a session could have gone like this.
 
 The chain shows that a log was changed; what is asked here also shows many changes after which the chain was
 computed again. Every rule is one that the session's runner keeps: what it does not promise is not asked.
@@ -80,7 +80,8 @@ def _devices(start: SessionStart) -> Iterator[tuple[int, str]]:
         yield 1, f"virtual_time is {start.virtual_time}, but the array's driver was {driver!r}"
     if start.simulated and emulated is False:
         yield 1, "a simulated participant cannot be stimulated by a real array"
-    link = start.rig.get("array", {}).get("link") if isinstance(start.rig.get("array"), dict) else None
+    array = start.rig.get("array")
+    link = array.get("link") if isinstance(array, dict) else None
     if emulated is not None and link is not None and (link == "emulator") != emulated:
         yield 1, f"the rig's array has the link {link}, but emulated is {emulated}"
 

@@ -5,29 +5,10 @@ from typing import Any
 
 from autd_trials.records.log_table import LOG_COLUMNS
 from autd_trials.records.sessions import StudySession
-from autd_trials.records.table import MISSING, Column, Value, describe
 from autd_trials.records.trials_table import trial_columns
+from autd_trials.tables import MISSING, Column, describe
 
 _BIDS_VERSION = "1.10.0"
-
-PARTICIPANT_COLUMNS = (
-    Column("participant_id", "The participant, under a pseudonym."),
-    Column(
-        "place",
-        "Place in the roster, from 1, in order of first appearance; the order of the blocks is balanced over "
-        "the places.",
-    ),
-    Column(
-        "simulated",
-        "Whether a simulated participant answered.",
-        levels={
-            "yes": "A program answered in all sessions.",
-            "no": "A person answered in all sessions.",
-            "partly": "A program answered in some sessions, a person in others.",
-        },
-    ),
-    Column("sessions", "Sessions that were begun."),
-)
 
 
 def by_time(sessions: Sequence[StudySession]) -> list[StudySession]:
@@ -75,17 +56,6 @@ def changes_text(sessions: Sequence[StudySession]) -> str:
     return "\n".join(reversed(entries))
 
 
-def participant_row(sessions: Sequence[StudySession]) -> dict[str, Value]:
-    """Return a participant's row, from all their sessions."""
-    first = sessions[0]
-    return {
-        "participant_id": f"sub-{first.paths.participant}",
-        "place": first.log.start.plan.place,
-        "simulated": simulated(sessions),
-        "sessions": len(sessions),
-    }
-
-
 def task_description(sessions: Sequence[StudySession]) -> dict[str, Any]:
     """Return the sidecar of all trial tables; the newest session's protocol speaks for the task."""
     protocols = [session.log.start.protocol for session in by_time(sessions)]
@@ -117,5 +87,43 @@ def _task(sessions: Sequence[StudySession]) -> dict[str, Any]:
     }
 
 
+def _counting(sessions: Sequence[StudySession]) -> Sequence[StudySession]:
+    """Return the sessions whose place counts: those that came to a trial; of people, if there are such."""
+    for wanted in (
+        [each for each in sessions if each.standing.attempts and not each.log.start.simulated],
+        [each for each in sessions if each.standing.attempts],
+    ):
+        if wanted:
+            return wanted
+    return sessions
+
+
 def _mark(sessions: Sequence[StudySession]) -> str:
     return {"yes": " (simulated)", "no": "", "partly": " (partly simulated)"}[simulated(sessions)]
+
+
+PARTICIPANT_COLUMNS: tuple[Column[Sequence[StudySession]], ...] = (
+    Column(
+        "participant_id",
+        "The participant, under a pseudonym.",
+        lambda sessions: f"sub-{sessions[0].paths.participant}",
+    ),
+    Column(
+        "place",
+        "Place in the roster, from 1, in order of first appearance; the order of the blocks is balanced over "
+        "the places.",
+        lambda sessions: _counting(sessions)[0].log.start.plan.place,
+    ),
+    Column(
+        "simulated",
+        "Whether a simulated participant answered.",
+        simulated,
+        levels={
+            "yes": "A program answered in all sessions.",
+            "no": "A person answered in all sessions.",
+            "partly": "A program answered in some sessions, a person in others.",
+        },
+    ),
+    Column("sessions", "Sessions that were begun.", len),
+)
+"""Columns of ``participants.tsv``; a row is all sessions of a participant."""

@@ -1,10 +1,12 @@
 """Files that are either old or new, never half."""
 
+import json
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from autd_trials.host import sync_folder
 
@@ -64,3 +66,8 @@ def write_new(folder: Path, name: str, content: bytes) -> Path:
             return path
         except FileExistsError:
             number += 1
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """Return a JSON file's text."""
+    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"

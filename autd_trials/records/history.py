@@ -10,7 +10,7 @@ from autd_trials.errors import DeviceError, UsageError
 from autd_trials.host import FileHeldError, HeldFile
 from autd_trials.records.layout import log_paths, source_folder
 from autd_trials.records.log import has_begun, is_being_written, read_log
-from autd_trials.records.sessions import StudySession, read_session
+from autd_trials.records.sessions import StudySession, goes_on, read_session
 from autd_trials.session.preflight import Used
 from autd_trials.session.standing import Charge, standing
 from autd_trials.stimulus import DUTY_WINDOW_S
@@ -57,7 +57,7 @@ def unfinished_sessions(study: Path) -> list[StudySession]:
     """Return the sessions, sorted, that did not come to their last trial and that nobody is running now."""
     paths = [path for path in log_paths(study) if has_begun(path) and not _says_success(path)]
     sessions = [read_session(study, path) for path in paths if not is_being_written(path)]
-    return [session for session in sessions if session.standing.status != "success"]
+    return [session for session in sessions if goes_on(session)]
 
 
 @contextmanager

@@ -8,10 +8,9 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from autd_trials.records.disk import replace_text, write_new
+from autd_trials.records.disk import json_text, replace_text, write_new
 from autd_trials.records.layout import source_folder
 from autd_trials.records.merging import NotATableError, merge_lines, merge_objects, merge_table
-from autd_trials.records.table import json_text
 
 MADE, EDITED = "made", "edited"
 

@@ -4,7 +4,7 @@ import contextlib
 import json
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self, cast
@@ -15,15 +15,7 @@ from autd_trials.errors import DeviceError, UsageError
 from autd_trials.host import FileHeldError, NoLocksError, hold, lies_at, sync_folder
 from autd_trials.records.chain import Head, Line, split_lines
 from autd_trials.records.rescue import rescue
-from autd_trials.session.events import (
-    Event,
-    ResponseMade,
-    SessionStart,
-    StimulusStart,
-    TrialEnd,
-    TrialStart,
-    UnreadableInput,
-)
+from autd_trials.session.events import Event, ResponseMade, SessionStart, StimulusStart, TrialEnd, TrialStart
 
 _EVENT: TypeAdapter[Event] = TypeAdapter(Event)
 _PATIENCE_S = 0.2
@@ -49,6 +41,10 @@ class EventLog:
         self._path = path
         self._file = file
         self._durable = durable
+        self._head = Head()
+        self._size = 0
+        self._tail = b""
+        self._at_line_start = True
         try:
             _hold(path, file)
             self._take_stock()
@@ -107,7 +103,7 @@ class EventLog:
         self.append_all([event])
 
     def append_all(self, events: Iterable[Event]) -> None:
-        """Append events with one write and one wait for the disk; raises as `append`, then none is in the log."""
+        """Append events with one write and one wait for the disk; raises as `append`: then none is in it."""
         self.refuse_if_not_whole()
         written, head = b"" if self._at_line_start else b"\n", self._head
         for event in events:
@@ -236,7 +232,7 @@ class LogContents:
     events: tuple[Event, ...]
     damaged: tuple[tuple[int, str], ...] = ()
     lines: tuple[int, ...] = ()
-    head: Head = Head()
+    head: Head = field(default_factory=Head)
 
     @property
     def start(self) -> SessionStart:
@@ -350,9 +346,9 @@ def _belongs(event: Event, planned: set[int]) -> bool:
     """Return whether an event can be one of the session's after its start."""
     if isinstance(event, SessionStart):
         return False
-    if isinstance(event, ResponseMade | UnreadableInput) and event.trial is None:
+    if isinstance(event, ResponseMade) and event.trial is None:
         return True
-    if isinstance(event, TrialStart | StimulusStart | ResponseMade | UnreadableInput | TrialEnd):
+    if isinstance(event, TrialStart | StimulusStart | ResponseMade | TrialEnd):
         return event.trial in planned and event.attempt is not None and event.attempt >= 1
     return True
 

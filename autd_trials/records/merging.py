@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from difflib import SequenceMatcher
 from typing import Any
 
-from autd_trials.records.table import MISSING
+from autd_trials.tables import MISSING
 
 
 def merge_lines(base: str, theirs: str, ours: str) -> str:

@@ -16,7 +16,6 @@ from autd_trials.session.events import (
     StimulusStart,
     TrialEnd,
     TrialStart,
-    UnreadableInput,
 )
 
 Found = Iterator[tuple[int, str]]
@@ -66,7 +65,7 @@ class _Order:
                 yield from self._take_resume(event)
             case SessionEnd():
                 yield from self._take_end(event)
-            case Note() | Fault() | UnreadableInput() | SessionStart():
+            case Note() | Fault() | SessionStart():
                 pass
 
     def _take_block(self, event: BlockStart) -> Iterator[str]:
@@ -95,8 +94,9 @@ class _Order:
             yield f"block or type of trial {event.trial} is not that of the plan"
         if event.block != self._block:
             yield f"trial {event.trial} of block {event.block} begins in block {self._block}"
-        if event.attempt != self._attempts.get(event.trial, 0) + 1:
-            yield f"attempt {event.attempt} at trial {event.trial} follows {self._attempts.get(event.trial, 0)}"
+        before = self._attempts.get(event.trial, 0)
+        if event.attempt != before + 1:
+            yield f"attempt {event.attempt} at trial {event.trial} follows {before}"
         self._attempts[event.trial] = event.attempt
         self._open = (event.trial, event.attempt)
 

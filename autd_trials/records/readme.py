@@ -10,9 +10,9 @@ from autd_trials.records.problem import Problem, in_short, unexplained
 from autd_trials.records.protocol_hash import protocol_sha256
 from autd_trials.records.sessions import StudySession
 from autd_trials.records.sessions_table import SESSION_COLUMNS, emulated
-from autd_trials.records.table import Column
 from autd_trials.records.trials_table import trial_columns
 from autd_trials.session.events import Fault, Resume
+from autd_trials.tables import Column
 
 _FIRST_LINE = {
     "yes": "**Simulated data: no person took part; a program gave the answers.**",
@@ -85,8 +85,8 @@ def _warning(problems: Iterable[Problem]) -> list[str]:
     if not count:
         return []
     return [
-        f"**WARNING: the records are not as they were written ({count} finding(s), see Integrity of the records "
-        "below). Do not trust these data before that is explained.**"
+        f"**WARNING: the records are not as they were written ({count} finding(s), see Integrity of the "
+        "records below). Do not trust these data before that is explained.**"
     ]
 
 
@@ -95,8 +95,8 @@ def _integrity(problems: Sequence[Problem]) -> str:
     lines = [f"- {line}" for line in in_short(problems)]
     lines += [f"- {problem} (explained by the log itself)" for problem in problems if problem.explained]
     checked = (
-        "Checked when this data set was made: the numbers and the chain of SHA-256 through each log, each log "
-        "for being consistent in itself, and all of them with each other (`autd-trials study verify`)."
+        "Checked when this data set was made: the numbers and the chain of SHA-256 through each log, each "
+        "log for being consistent in itself, and all of them with each other (`autd-trials study verify`)."
     )
     return f"{checked}\n\n" + ("\n".join(lines) or "Nothing was found.")
 
@@ -181,11 +181,6 @@ def _irregular(session: StudySession) -> list[str]:
         found.append(f"taken up again after {crashes} crash(es)")
     if faults:
         found.append(f"{len(faults)} fault(s): {', '.join(dict.fromkeys(faults))}")
-    if standing.health.unclear:
-        found.append(
-            f"{standing.health.unclear} input(s) that were no answer (unreadable, of undeclared buttons, or of "
-            "keys held down)"
-        )
     if standing.attempts_interrupted:
         found.append(f"{standing.attempts_interrupted} interrupted attempts")
     if session.log.damaged:
@@ -195,7 +190,7 @@ def _irregular(session: StudySession) -> list[str]:
     return [" ".join(text.split()) for text in found]
 
 
-def _column_lines(columns: Iterable[Column]) -> str:
+def _column_lines(columns: Iterable[Column[Any]]) -> str:
     return "\n".join(
         f"- `{column.name}`{f' ({column.units})' if column.units else ''}: {column.description}"
         for column in columns

@@ -40,7 +40,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Register:
-    """The entries by log (its path below sourcedata), and the lines that are none, with what is wrong with them."""
+    """The entries by log (its path below sourcedata), and the lines that are none."""
 
     entries: Mapping[str, Entry]
     problems: tuple[Problem, ...] = ()

@@ -11,7 +11,7 @@ _ENDING = ".rescued"
 
 
 def rescue(file: BinaryIO, path: Path) -> Path:
-    """Copy an open file beside its old path or, if nothing can be written there, into the system's temporary folder.
+    """Copy an open file beside its old path, or else into the system's temporary folder.
 
     Returns
     -------

@@ -41,7 +41,7 @@ def place_of(study: Path, participant: str, *, simulated: bool) -> int:
 
 
 def check_place(study: Path, participant: str, place: int, *, simulated: bool) -> int:
-    """Return a place that was asked for: the participant's own, a free one, or that of somebody who dropped out.
+    """Return a place that was asked for: their own, a free one, or that of somebody who dropped out.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def next_session(study: Path, participant: str) -> str:
 
 
 def known_participant(study: Path, participant: str) -> str | None:
-    """Return what is recorded under an id, in words, to ask whether it is the same person; None if nothing is.
+    """Return what is recorded under an id, to ask whether it is the same person; None if nothing is.
 
     Raises
     ------
@@ -118,8 +118,9 @@ def known_participant(study: Path, participant: str) -> str | None:
     for log in sessions:
         where = standing(log.events)
         by = "simulated, " if log.start.simulated else ""
+        begun = log.start.utc[:16].replace("T", " ")
         lines.append(
-            f"  session {log.start.session}, begun {log.start.utc[:16].replace('T', ' ')}: {by}{where.status}, "
+            f"  session {log.start.session}, begun {begun}: {by}{where.status}, "
             f"{len(where.complete)} of {len(log.start.plan.trials)} trials"
         )
     return "\n".join(lines)

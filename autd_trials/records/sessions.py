@@ -80,7 +80,7 @@ def find_session(study: Path, participant: str | None = None, session: str | Non
         for found in study_sessions(study)
         if participant in (None, found.paths.participant) and session in (None, found.paths.session)
     ]
-    wanted = named if session is not None else [found for found in named if _goes_on(found)]
+    wanted = named if session is not None else [found for found in named if goes_on(found)]
     if len(wanted) == 1:
         return wanted[0]
     listing = "".join(f"\n  {_describe(found)}" for found in wanted or named)
@@ -216,18 +216,18 @@ def read_session(study: Path, path: Path) -> StudySession:
     return StudySession(paths, log)
 
 
-def _goes_on(found: StudySession) -> bool:
-    """Return whether a session waits to be gone on with; one that was ended before its first trial does not."""
+def goes_on(found: StudySession) -> bool:
+    """Return whether a session waits to be gone on with: not if it was ended before its first trial."""
     where = found.standing
     return where.status == "interrupted" or (where.status != "success" and bool(where.attempts))
 
 
 def _refuse_lost_place(found: StudySession) -> None:
-    start = found.log.start
-    holder = holder_of(found.paths.study, start.plan.place, simulated=start.simulated)
+    start, place = found.log.start, found.log.start.plan.place
+    holder = holder_of(found.paths.study, place, simulated=start.simulated)
     if not found.standing.attempts and holder not in (None, start.participant):
         raise UsageError(
-            f"the session had no trial yet, and its place {start.plan.place} was given to participant {holder}",
+            f"the session had no trial yet, and its place {place} was given to participant {holder}",
             where=str(found.paths.log),
             do="begin a new session for this participant, without --resume",
         )

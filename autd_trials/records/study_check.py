@@ -1,9 +1,10 @@
-"""Whether the sessions of a study agree with each other: places, copies, one person in two sessions at once."""
+"""Whether the sessions of a study agree with each other: places, copies, sessions at one time."""
 
 import json
 from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from datetime import datetime
+from itertools import pairwise
 
 from autd_trials.records.ids import look_alike
 from autd_trials.records.log import LogContents
@@ -98,7 +99,7 @@ def _overlaps(logs: Iterable[LogContents]) -> Iterator[Problem]:
             by_person[log.start.participant].append(log)
     for theirs in by_person.values():
         spans = sorted(((*_span(log), log) for log in theirs), key=lambda span: span[:2])
-        for (_, end, before), (begin, _, log) in zip(spans[:-1], spans[1:], strict=True):
+        for (_, end, before), (begin, _, log) in pairwise(spans):
             if begin < end and not _resumed(before):
                 yield Problem(
                     log.path,

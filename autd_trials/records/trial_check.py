@@ -18,7 +18,6 @@ from autd_trials.session.events import (
     TrialEnd,
     TrialStart,
 )
-from autd_trials.session.presses import answer_of
 from autd_trials.session.tracks import Tracks
 
 Found = Iterator[tuple[int, str]]
@@ -106,7 +105,7 @@ class _Trials:
             yield f"drive or duration of trial {event.trial} are not those of the plan"
         exposure_s = spec.drive**2 * spec.duration_s
         if abs(event.exposure_s - exposure_s) > 1e-9 * max(1.0, exposure_s):
-            yield f"the exposure of trial {event.trial} is {event.exposure_s:g} s, but comes to {exposure_s:g} s"
+            yield f"the exposure of trial {event.trial} is {event.exposure_s:g} s, not {exposure_s:g} s"
         yield from self._onset(event, attempt)
         yield from self._ear_level(event, spec)
 
@@ -120,16 +119,16 @@ class _Trials:
             due_t_s = self._ready_t_s + attempt.planned.pause_before_s
             if abs(event.planned_onset_t_s - due_t_s) > 2 * _ROUNDING_S:
                 yield (
-                    f"the planned onset is {event.planned_onset_t_s:.6f} s, but the window before and the pause "
-                    f"come to {due_t_s:.6f} s"
+                    f"the planned onset is {event.planned_onset_t_s:.6f} s, but the window before and the "
+                    f"pause come to {due_t_s:.6f} s"
                 )
         if self._clocks is not None:
             host_s = event.onset_t_s - self._clocks[0]
             device_s = (event.device_ns - self._clocks[1]) / 1e9
             if abs(host_s - device_s) > _DEVICE_CLOCK_S + _DEVICE_CLOCK_DRIFT * abs(host_s):
                 yield (
-                    f"since the stimulus before, the devices' clock went on by {device_s:.6g} s and the host's "
-                    f"by {host_s:.6g} s"
+                    f"since the stimulus before, the devices' clock went on by {device_s:.6g} s and the "
+                    f"host's by {host_s:.6g} s"
                 )
         self._clocks = (event.onset_t_s, event.device_ns)
 
@@ -154,7 +153,7 @@ class _Trials:
         onset_t_s = attempt.stimulus.onset_t_s
         since_s = event.press_t_s - onset_t_s
         if event.response_time_s is None or abs(event.response_time_s - since_s) > _ROUNDING_S:
-            yield f"the response time is {event.response_time_s} s, but press and onset are {since_s:.6f} s apart"
+            yield f"the response time is {event.response_time_s} s, not {since_s:.6f} s as the press says"
         if event.phase not in self._phases(since_s):
             yield f"a press {since_s:.6f} s after the onset is called {event.phase}"
         if event.press_t_s < attempt.start.t_s - _EARLY_S:
@@ -181,8 +180,7 @@ class _Trials:
             if event.response is not None or event.response_time_s is not None:
                 yield "an interrupted trial has an answer"
             return
-        answer = answer_of(attempt.presses, self._window_s)
-        first = answer if answer is not None and answer.means == "felt" else None
+        first = next((press for press in attempt.presses if press.phase == "window"), None)
         response_time_s = first.response_time_s if first else None
         if (event.response, event.response_time_s) != ("felt" if first else "not_felt", response_time_s):
             yield (

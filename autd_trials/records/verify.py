@@ -1,4 +1,4 @@
-"""Whether the records of a study are as they were written: the chain and the sense of each log, and of all."""
+"""Whether the records of a study are as they were written: chain and sense of each log, and of all."""
 
 import hashlib
 import json
@@ -34,7 +34,7 @@ def verify_log(path: Path) -> list[Problem]:
 
 
 def verify_study(study: Path) -> list[Problem]:
-    """Return what is wrong with the logs of a study: each by itself, all together, and against what was made of them.
+    """Return what is wrong with the logs of a study: each by itself, and all together.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _chain(path: Path, lines: list[Line], contents: LogContents) -> Iterator[Pro
             yield Problem(
                 path,
                 number,
-                "the chain breaks: this line or what stands before it was changed, moved, put in or taken out",
+                "the chain breaks: this line or one before it was changed, moved, put in or removed",
             )
         elif number in damaged:
             yield Problem(path, number, "no event of this session, or another version wrote it")
@@ -180,15 +180,15 @@ def _registered(study: Path, paths: list[Path]) -> Iterator[Problem]:
             yield Problem(
                 source_folder(study) / name,
                 None,
-                f"the log is gone; it had {head.lines} lines. Put it back; if its session was withdrawn, take "
-                f"its line out of sourcedata/{REGISTER}",
+                f"the log is gone; it had {head.lines} lines. Put it back; if its session was withdrawn, "
+                f"take its line out of sourcedata/{REGISTER}",
             )
         elif not contains(path, head):
             yield Problem(
                 path,
                 None,
-                f"cut off or changed: it does not hold what it held, with {head.lines} lines, when the data set "
-                "was made last",
+                f"cut off or changed: it does not hold what it held, with {head.lines} lines, when the data "
+                "set was made last",
             )
 
 
@@ -198,13 +198,10 @@ def _changed_tables(study: Path, logs: list[LogContents]) -> Iterator[Problem]:
     for log in logs:
         entry = entries.get(log.path.relative_to(source_folder(study)).as_posix())
         table = events_table(study, log.path)
-        if entry is not None and entry.table_sha256 is not None and table.is_file():
-            if hashlib.sha256(table.read_bytes()).hexdigest() != entry.table_sha256:
-                yield Problem(
-                    table,
-                    None,
-                    "was edited since it was made from its log; autd-trials export makes it again",
-                )
+        made = None if entry is None else entry.table_sha256
+        if made and table.is_file() and hashlib.sha256(table.read_bytes()).hexdigest() != made:
+            what = "was edited since it was made from its log; autd-trials export makes it again"
+            yield Problem(table, None, what)
 
 
 def contains(path: Path, head: Head) -> bool:

@@ -7,11 +7,19 @@ from autd_trials.face import lazy
 if TYPE_CHECKING:
     from autd_trials.responses.box_protocols import BoxProtocol, LineProtocol, SingleByteProtocol, XidProtocol
     from autd_trials.responses.keyboard import KeyboardResponder
-    from autd_trials.responses.responder import Presentation, Press, Responder, ResponderInfo, Unreadable
+    from autd_trials.responses.responder import (
+        Input,
+        Presentation,
+        Press,
+        Responder,
+        ResponderInfo,
+        Unreadable,
+    )
     from autd_trials.responses.serial_box import SerialBox
 
 __all__ = [
     "BoxProtocol",
+    "Input",
     "KeyboardResponder",
     "LineProtocol",
     "Presentation",
@@ -28,6 +36,7 @@ __getattr__ = lazy(
     __name__,
     {
         "BoxProtocol": "box_protocols",
+        "Input": "responder",
         "KeyboardResponder": "keyboard",
         "LineProtocol": "box_protocols",
         "Presentation": "responder",

@@ -2,23 +2,23 @@
 
 import math
 import re
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import groupby
-from typing import Annotated, ClassVar, Literal, Protocol
+from typing import Annotated, Any, ClassVar, Literal, Protocol
 
-from pydantic import Field, field_validator
+from pydantic import AfterValidator, Field
 
 from autd_trials.model import Model
-from autd_trials.responses.pattern import Pattern
+from autd_trials.responses.expressions import Expression, compiled
 
 LONGEST_LINE_BYTES = 256
-"""A longer line is no message; only its beginning is kept."""
+"""A longer line is no press; only its beginning is kept."""
 
-LARGEST_DEVICE_TIME_S = 1e9
-_SHOWN_BYTES = 40
+DEFAULT_PRESS = r"(?P<button>B\d+)( +(?P<ms>\d+))?"
 
 _BYTE = r"^([!-~]|0x[0-9a-fA-F]{2})$"
-_Byte = Annotated[str, Field(pattern=_BYTE)]
+_KEPT_BYTES = 40
+_LONGEST_DEVICE_TIME_S = 1e9
 
 
 @dataclass(frozen=True)
@@ -31,31 +31,28 @@ class Report:
 
 @dataclass(frozen=True)
 class Garbage:
-    """Bytes that are no message that the protocol knows, and why they are none."""
+    """Bytes that belong to nothing the protocol knows: how many, and the first of them."""
 
-    data: bytes
-    why: str
-
-    def __str__(self) -> str:
-        more = "..." if len(self.data) > _SHOWN_BYTES else ""
-        return f"{self.data[:_SHOWN_BYTES]!r}{more}: {self.why}"
-
-
-Message = Report | Garbage
+    size: int
+    first: bytes
 
 
 class Parser(Protocol):
-    """Turns a box's bytes into messages, the same however they are chunked; never raises, keeps little."""
+    """Turns a box's bytes into reports and garbage, the same however they are chunked; never raises."""
 
     @property
     def pending(self) -> bool:
-        """Whether a message has begun and not ended."""
+        """Whether a message has begun and not ended; if nothing follows, `flush` it."""
 
-    def feed(self, data: bytes) -> list[Message]:
-        """Add bytes; return the messages that are complete, oldest first."""
+    def feed(self, data: bytes) -> list[Report | Garbage]:
+        """Add bytes; return what is complete, oldest first."""
 
-    def flush(self) -> list[Message]:
-        """Give up waiting for the end of what is pending."""
+    def flush(self) -> list[Garbage]:
+        """Give up on a message that has begun: nothing follows."""
+
+
+Button = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[ -~]*$")]
+Byte = Annotated[str, Field(pattern=_BYTE)]
 
 
 class _Protocol(Model):
@@ -63,64 +60,75 @@ class _Protocol(Model):
     """Typical length of a message, for the time it takes on the line."""
 
     baud: int = Field(115200, ge=300, le=4_000_000, description="Speed of the line in bits per second.")
+    felt: tuple[Button, ...] | None = Field(
+        None,
+        min_length=1,
+        description="The buttons that mean felt; others are recorded, shown, and do not count. "
+        "May be left out where only one button is known: B1 of the default lines, 1 of an XID pad, "
+        "the only one of single bytes.",
+    )
+
+    @property
+    def buttons_felt(self) -> frozenset[str]:
+        """The buttons that mean felt; empty if the file does not say."""
+        return frozenset(self.felt or ())
+
+
+def _names_a_button(press: str) -> str:
+    if "button" not in compiled(press).groupindex:
+        raise ValueError("the expression needs a group (?P<button>...)")
+    return press
 
 
 class LineProtocol(_Protocol):
     """One line a press, ended by CR, LF or both; an Arduino that prints ``B1 12345``, say.
 
     `press` must match the whole line. Its group ``button`` names the button; its group ``ms`` or ``us``, if
-    it has one, is the box's own time. Expressions are those of `autd_trials.responses.pattern.Pattern`.
+    it has one, is the box's own time.
     """
 
     message_bytes: ClassVar[int] = 16
 
     kind: Literal["line"] = "line"
-    press: str = Field(
-        r"(?P<button>B\d+)( +(?P<ms>\d+))?",
+    press: Annotated[Expression, AfterValidator(_names_a_button)] = Field(
+        DEFAULT_PRESS,
         description="Regular expression of a press; group 'button', and 'ms' or 'us' for its own time.",
     )
-    ignore: tuple[str, ...] = Field(
-        (),
-        max_length=20,
-        description="Regular expressions of lines that are no presses and mean nothing (a heartbeat).",
+    ignore: Expression | None = Field(
+        None, description="Regular expression of lines that mean nothing: releases, signs of life."
     )
 
-    @field_validator("press")
-    @classmethod
-    def _names_a_button(cls, press: str) -> str:
-        if "button" not in Pattern(press).names:
-            raise ValueError("the expression needs a group (?P<button>...)")
-        return press
-
-    @field_validator("ignore")
-    @classmethod
-    def _are_expressions(cls, ignore: tuple[str, ...]) -> tuple[str, ...]:
-        for expression in ignore:
-            Pattern(expression)
-        return ignore
+    @property
+    def buttons_felt(self) -> frozenset[str]:
+        """The buttons that mean felt: of the default lines B1, unless the file says otherwise."""
+        return super().buttons_felt or frozenset({"B1"} if self.press == DEFAULT_PRESS else ())
 
     def parser(self) -> Parser:
         """Return a parser at the start of a stream."""
-        return _LineParser(Pattern(self.press), [Pattern(expression) for expression in self.ignore])
+        return _LineParser(compiled(self.press), None if self.ignore is None else compiled(self.ignore))
 
 
 class SingleByteProtocol(_Protocol):
-    """One byte a press. Bytes of releases, and others that mean nothing, are named in `ignore`."""
+    """One byte a press."""
 
     message_bytes: ClassVar[int] = 1
 
     kind: Literal["single_byte"] = "single_byte"
-    buttons: dict[_Byte, Annotated[str, Field(min_length=1)]] = Field(
+    buttons: dict[Byte, Button] = Field(
         min_length=1, description="Byte (one character, or 0x41) to button name."
     )
-    ignore: tuple[_Byte, ...] = Field(
-        (), description="Bytes that are no presses and mean nothing (releases)."
-    )
+    ignore: tuple[Byte, ...] = Field((), description="Bytes that mean nothing: releases, signs of life.")
+
+    @property
+    def buttons_felt(self) -> frozenset[str]:
+        """The buttons that mean felt: the only one, unless the file says otherwise."""
+        names = frozenset(self.buttons.values())
+        return super().buttons_felt or (names if len(names) == 1 else frozenset())
 
     def parser(self) -> Parser:
         """Return a parser at the start of a stream."""
         buttons = {_byte_value(byte): button for byte, button in self.buttons.items()}
-        return _SingleByteParser(buttons, frozenset(map(_byte_value, self.ignore)))
+        return _SingleByteParser(buttons, {_byte_value(byte) for byte in self.ignore})
 
 
 class XidProtocol(_Protocol):
@@ -136,76 +144,103 @@ class XidProtocol(_Protocol):
 
     kind: Literal["xid"] = "xid"
 
+    @property
+    def buttons_felt(self) -> frozenset[str]:
+        """The buttons that mean felt: 1, unless the file says otherwise."""
+        return super().buttons_felt or frozenset({"1"})
+
     def parser(self) -> Parser:
         """Return a parser at the start of a stream."""
         return _XidParser()
 
 
-BoxProtocol = Annotated[LineProtocol | SingleByteProtocol | XidProtocol, Field(discriminator="kind")]
-"""What a rig file says of a box; `kind` tells which."""
+def _has_a_meaning(protocol: "LineProtocol | SingleByteProtocol | XidProtocol") -> Any:
+    if not protocol.buttons_felt:
+        raise ValueError("say which buttons mean felt: felt: [NAME, ...]")
+    if isinstance(protocol, SingleByteProtocol) and (
+        strange := protocol.buttons_felt - set(protocol.buttons.values())
+    ):
+        raise ValueError(
+            f"felt: {', '.join(sorted(strange))}: no such button; allowed: "
+            + ", ".join(sorted(set(protocol.buttons.values())))
+        )
+    return protocol
+
+
+BoxProtocol = Annotated[
+    LineProtocol | SingleByteProtocol | XidProtocol,
+    Field(discriminator="kind"),
+    AfterValidator(_has_a_meaning),
+]
+"""What a rig file says of a box; `kind` says which."""
 
 
 class _LineParser:
-    def __init__(self, press: Pattern, ignore: list[Pattern]) -> None:
+    def __init__(self, press: Any, ignore: Any | None) -> None:
         self._press = press
         self._ignore = ignore
         self._line = bytearray()
-        self._too_long = False
+        self._size = 0
 
     @property
     def pending(self) -> bool:
-        return bool(self._line) and not self._too_long
+        return self._size > 0
 
-    def feed(self, data: bytes) -> list[Message]:
+    def feed(self, data: bytes) -> list[Report | Garbage]:
         *ended, rest = re.split(rb"[\r\n]", data)
-        messages: list[Message] = []
+        found: list[Report | Garbage] = []
         for part in ended:
-            messages += self._extend(part)
-            messages += self._end_line()
-        return messages + self._extend(rest)
+            self._extend(part)
+            found += self._end_line()
+        self._extend(rest)
+        return found
 
-    def flush(self) -> list[Message]:
-        line, self._line = bytes(self._line), bytearray()
-        return [Garbage(line, "no end of line came")] if line and not self._too_long else []
+    def flush(self) -> list[Garbage]:
+        size, line = self._take()
+        return [Garbage(size, line[:_KEPT_BYTES])] if size else []
 
-    def _extend(self, part: bytes) -> list[Message]:
-        if self._too_long:
-            return []
-        self._line += part
-        if len(self._line) <= LONGEST_LINE_BYTES:
-            return []
-        begin, self._line, self._too_long = bytes(self._line[:LONGEST_LINE_BYTES]), bytearray(), True
-        return [Garbage(begin, f"a line of more than {LONGEST_LINE_BYTES} bytes")]
+    def _extend(self, part: bytes) -> None:
+        self._line += part[: LONGEST_LINE_BYTES - len(self._line)]
+        self._size += len(part)
 
-    def _end_line(self) -> list[Message]:
-        line, self._line = bytes(self._line), bytearray()
-        too_long, self._too_long = self._too_long, False
+    def _take(self) -> tuple[int, bytes]:
+        size, line = self._size, bytes(self._line)
+        self._line.clear()
+        self._size = 0
+        return size, line
+
+    def _end_line(self) -> Iterator[Report | Garbage]:
+        size, line = self._take()
         text = line.decode("latin-1").strip(" \t")
-        if too_long or not text or any(pattern.fullmatch(text) is not None for pattern in self._ignore):
-            return []
-        report = self._report(text)
-        return [report or Garbage(line, self._why_not(text))]
+        if not text:
+            return
+        if size > LONGEST_LINE_BYTES:
+            yield Garbage(size, line[:_KEPT_BYTES])
+        elif match := self._press.fullmatch(text):
+            yield _report(match.groupdict()) or Garbage(size, line[:_KEPT_BYTES])
+        elif self._ignore is None or not self._ignore.fullmatch(text):
+            yield Garbage(size, line[:_KEPT_BYTES])
 
-    def _report(self, text: str) -> Report | None:
-        groups = self._press.fullmatch(text)
-        if not groups or not groups.get("button"):
-            return None
-        stamp = next((name for name in ("us", "ms") if name in groups), None)
-        if stamp is None:
-            return Report(groups["button"])
-        try:
-            device_time_s = float(groups[stamp]) / (1e6 if stamp == "us" else 1e3)
-        except ValueError:  # the rig's expression lets something through that is no number
-            return None
-        sane = math.isfinite(device_time_s) and abs(device_time_s) <= LARGEST_DEVICE_TIME_S
-        return Report(groups["button"], device_time_s) if sane else None
 
-    def _why_not(self, text: str) -> str:
-        if not text.isascii() or not text.isprintable():
-            return "no text of the box's protocol; perhaps another baud"
-        if any(self._press.fullmatch(other) is not None for other in (text.upper(), text.lower())):
-            return "a press but for upper or lower case"
-        return "no press of the box's protocol"
+def _report(groups: Mapping[str, str | None]) -> Report | None:
+    """Return the press; None if the expression lets something through that is no button or no time."""
+    button = groups["button"]
+    if not button or not button.isprintable():
+        return None
+    try:
+        return Report(button, _device_time_s(groups.get("ms"), groups.get("us")))
+    except ValueError:
+        return None
+
+
+def _device_time_s(ms: str | None, us: str | None) -> float | None:
+    text, per_second = (us, 1e6) if us is not None else (ms, 1e3)
+    if text is None:
+        return None
+    time_s = float(text) / per_second
+    if not math.isfinite(time_s) or abs(time_s) > _LONGEST_DEVICE_TIME_S:
+        raise ValueError(f"{text!r} is no time")
+    return time_s
 
 
 def _byte_value(byte: str) -> int:
@@ -215,21 +250,18 @@ def _byte_value(byte: str) -> int:
 class _SingleByteParser:
     pending = False
 
-    def __init__(self, buttons: dict[int, str], ignore: frozenset[int]) -> None:
+    def __init__(self, buttons: Mapping[int, str], ignore: Collection[int]) -> None:
         self._buttons = buttons
         self._ignore = ignore
 
-    def feed(self, data: bytes) -> list[Message]:
-        messages: list[Message] = []
-        known = [byte for byte in data if byte not in self._ignore]
-        for is_press, run in groupby(known, key=self._buttons.__contains__):
-            if is_press:
-                messages += [Report(self._buttons[byte]) for byte in run]
-            else:
-                messages.append(Garbage(bytes(run), "no button's byte"))
-        return messages
+    def feed(self, data: bytes) -> list[Report | Garbage]:
+        return [
+            Report(self._buttons[byte]) if byte in self._buttons else Garbage(1, bytes([byte]))
+            for byte in data
+            if byte not in self._ignore
+        ]
 
-    def flush(self) -> list[Message]:
+    def flush(self) -> list[Garbage]:
         return []
 
 
@@ -245,30 +277,24 @@ class _XidParser:
     def pending(self) -> bool:
         return bool(self._pending)
 
-    def feed(self, data: bytes) -> list[Message]:
+    def feed(self, data: bytes) -> list[Report | Garbage]:
         self._pending += data
-        messages: list[Message] = []
-        start = skipped = 0
+        found: list[Report | Garbage] = []
+        start = 0
         while start + self._PACKET_BYTES <= len(self._pending):
             packet = self._pending[start : start + self._PACKET_BYTES]
             if packet[0] != ord("k") or packet[1] & self._ALWAYS_CLEAR:
-                start += 1  # look for the next packet one byte on
+                found.append(Garbage(1, bytes(packet[:1])))  # look for the next packet one byte on
+                start += 1
                 continue
-            messages += self._garbage(skipped, start)
-            start = skipped = start + self._PACKET_BYTES
+            start += self._PACKET_BYTES
             if packet[1] & self._PRESSED:
                 button = packet[1] >> 5 or 8
-                messages.append(Report(str(button), int.from_bytes(packet[2:], "little") / 1000))
-        messages += self._garbage(skipped, start)
+                found.append(Report(str(button), int.from_bytes(packet[2:], "little") / 1000))
         del self._pending[:start]
-        return messages
+        return found
 
-    def flush(self) -> list[Message]:
-        messages = self._garbage(0, len(self._pending))
+    def flush(self) -> list[Garbage]:
+        rest = bytes(self._pending)
         self._pending.clear()
-        return messages
-
-    def _garbage(self, start: int, end: int) -> list[Message]:
-        if start == end:
-            return []
-        return [Garbage(bytes(self._pending[start:end]), "no packet of an XID pad")]
+        return [Garbage(len(rest), rest)] if rest else []

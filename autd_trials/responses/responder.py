@@ -1,17 +1,10 @@
 """What a response device offers; every one of them, real or simulated, passes one contract test suite."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
 from autd_trials.model import Model
-
-Meaning = Literal["felt", "not_felt", "undeclared"]
-"""What a button stands for; undeclared: the rig does not say, so that a press of it is no answer."""
-
-
-Repeat = Literal["no", "perhaps", "yes"]
-"""Whether a press only says that a button is still held down; perhaps, if what comes next must tell."""
 
 
 @dataclass(frozen=True)
@@ -19,22 +12,30 @@ class Press:
     """One press.
 
     `time_s` is on the host's monotonic clock; `device_time_s` is the device's own stamp where it sends one.
-    `repeat` says whether the button was held down since an earlier press.
+    `felt` says whether the button means felt; a press of another is recorded and does not count.
     """
 
     time_s: float
     button: str
     device_time_s: float | None = None
-    means: Meaning = "felt"
-    repeat: Repeat = "no"
+    felt: bool = True
 
 
 @dataclass(frozen=True)
 class Unreadable:
-    """Something came that is no press that the device's description knows; it may have been meant as one."""
+    """Input that is no press: of a key without a meaning, or bytes that a box's protocol does not know.
+
+    `what` says what came; it arrived at `time_s` on the host's monotonic clock. `may_be_answer` says whether
+    it may have been meant as an answer, so that without it nothing is known of the participant's.
+    """
 
     time_s: float
     what: str
+    may_be_answer: bool
+
+
+Input = Press | Unreadable
+"""What comes from a responder."""
 
 
 @dataclass(frozen=True)
@@ -71,17 +72,14 @@ class Responder(Protocol):
     def present(self, presentation: Presentation) -> None:
         """Say what is presented and when (onset may lie ahead)."""
 
-    def read(self, until_s: float) -> list[Press]:
-        """Return the presses that came since, oldest first; wait for one until the clock shows `until_s`.
+    def read(self, until_s: float) -> Sequence[Input]:
+        """Return what came since, oldest first; wait for something until the clock shows `until_s`.
 
         Raises
         ------
         DeviceError
-            The device is not open, or was lost and every press from before was returned.
+            The device is not open, or was lost and everything from before was returned.
         """
-
-    def unreadable(self) -> list[Unreadable]:
-        """Return what else came since the last call, oldest first; never waits, never raises."""
 
     def close(self) -> None:
         """Release the device; never raises."""

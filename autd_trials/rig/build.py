@@ -182,7 +182,7 @@ class Builder:
 
         spec = self.rig.responses
         if isinstance(spec, SerialSpec):
-            return SerialBox(spec.port, spec.protocol, self.clock, buttons=spec.buttons)
+            return SerialBox(spec.port, spec.protocol, self.clock)
         return KeyboardResponder(terminal, spec.keys)
 
 

@@ -1,15 +1,16 @@
 """Finding and loading rig files and the calibration they name."""
 
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 
 from autd_trials.calibration.file import Calibration, load_calibration
-from autd_trials.errors import UnsafeError, UsageError
+from autd_trials.errors import UsageError
+from autd_trials.rig.fitness import refuse_unfit
 from autd_trials.rig.rules import refuse_loud
 from autd_trials.rig.schema import Rig
 from autd_trials.yamlfile import load_model
-from autd_trials.yamlfile.shipped import find_file
+from autd_trials.yamlfile.shipped import find_file, is_file
 
 
 @dataclass(frozen=True)
@@ -38,21 +39,20 @@ def load_rig(name_or_path: str, now: datetime) -> LoadedRig:
     UsageError
         A file is missing or wrong, or the calibration is older or worse than the rig allows.
     UnsafeError
-        The calibration is made up and the array is real, or the rig lets too much reach the ears.
+        The array is real and the calibration is simulated, made up or of unknown origin, or the rig lets too
+        much reach the ears.
     """
     path = find_file(name_or_path, kind="rig", folder="rigs")
     rig = load_model(path, Rig)
     calibration_path = path.parent / rig.calibration.file
-    if not calibration_path.is_file():
+    if not is_file(calibration_path):
         raise UsageError(
             f"the calibration file {calibration_path} does not exist",
             where=str(path),
             do="calibrate the units, or correct calibration.file",
         )
     calibration, sha256 = load_calibration(calibration_path)
-    _refuse_made_up(calibration, rig, calibration_path)
-    _refuse_old(calibration, rig, calibration_path, now)
-    _refuse_little_energy(calibration, rig, calibration_path)
+    refuse_unfit(calibration, rig, calibration_path, now)
     refuse_loud(rig, str(path))
     return LoadedRig(rig, calibration, sha256, _true_calibration(rig, path, calibration))
 
@@ -91,46 +91,4 @@ def _refuse_other_units(calibration: Calibration, known: Calibration, path: Path
             f"this is a calibration of {', '.join(names)}; the rig's units are {', '.join(wanted)}",
             where=str(path),
             do="give the same units in the same order",
-        )
-
-
-def _refuse_made_up(calibration: Calibration, rig: Rig, path: Path) -> None:
-    if calibration.made_up and not rig.emulated:
-        raise UnsafeError(
-            f"this calibration is made up; rig {rig.name!r} has a real array, whose focus would be elsewhere",
-            where=str(path),
-            do="calibrate the units",
-        )
-
-
-def _refuse_old(calibration: Calibration, rig: Rig, path: Path, now: datetime) -> None:
-    oldest_days = rig.calibration.oldest_days
-    if oldest_days is None:
-        return
-    age_days = (now - calibration.time.astimezone(UTC)).total_seconds() / 86400
-    if age_days > oldest_days:
-        raise UsageError(
-            f"the calibration is {age_days:.1f} days old; rig {rig.name!r} allows {oldest_days:g}",
-            where=str(path),
-            do="calibrate again: units that were moved since miss the target",
-        )
-
-
-def _refuse_little_energy(calibration: Calibration, rig: Rig, path: Path) -> None:
-    least = rig.calibration.least_energy_left
-    if least is None:
-        return
-    energy = calibration.predicted_energy
-    if energy is None:
-        raise UsageError(
-            f"the calibration does not predict the energy at the target; rig {rig.name!r} asks for {least:g}",
-            where=str(path),
-            do="calibrate with `autd-trials calibrate`, whose covariances give it",
-        )
-    if energy.low < least:
-        raise UsageError(
-            f"the calibration leaves {energy.low:.2f} of the energy at the target (5 % quantile; mean "
-            f"{energy.mean:.2f}); rig {rig.name!r} asks for {least:g}",
-            where=str(path),
-            do="calibrate again with more points over a larger space",
         )

@@ -7,14 +7,14 @@ interface, real sound one that names its device.
 from datetime import date
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import AfterValidator, Field
 
 from autd_trials.acoustics.air import Air
 from autd_trials.model import Model
 from autd_trials.responses.box_protocols import BoxProtocol
+from autd_trials.responses.keyboard import key_text
 from autd_trials.stimulus import PUBLIC_LEVEL_DB, Limits
-from autd_trials.terminal.keys import CONTROL_KEYS, KEY_NAMES, key_of_name
-from autd_trials.terminal.layouts import keys_of
+from autd_trials.terminal.keys import plain_key
 
 
 class LimitsSpec(Limits):
@@ -120,34 +120,22 @@ class RealSoundSpec(Model):
     headphones: HeadphonesSpec | None = Field(None, description="Needed for levels in dB(A).")
 
 
+def _tell_apart(keys: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse what is no key, steers the session, or would be taken for another of the keys."""
+    plain = [plain_key(key_text(name)) for name in keys]
+    for index, text in enumerate(plain):
+        if text in plain[:index]:
+            raise ValueError(f"the key {keys[index]!r} is {keys[plain.index(text)]!r} on another layout")
+    return keys
+
+
 class KeyboardSpec(Model):
     """The experimenter presses a key when the participant raises a hand."""
 
     device: Literal["keyboard"]
-    keys: tuple[str, ...] = Field(
-        ("space",),
-        min_length=1,
-        max_length=20,
-        description="Keys that mean felt: single characters, or space, enter, tab; not p, n and a.",
+    keys: Annotated[tuple[str, ...], AfterValidator(_tell_apart)] = Field(
+        ("space",), min_length=1, max_length=20, description="Keys that mean felt."
     )
-
-    @field_validator("keys")
-    @classmethod
-    def _are_free_keys(cls, keys: tuple[str, ...]) -> tuple[str, ...]:
-        places: dict[str, str] = {}
-        for name in keys:
-            key = key_of_name(name)
-            if key is None:
-                named = ", ".join(KEY_NAMES)
-                raise ValueError(f"{name!r} is no key; use a single character or one of {named}")
-            for place in keys_of(key):
-                if place in CONTROL_KEYS:
-                    controls = ", ".join(f"{control}: {does}" for control, does in CONTROL_KEYS.items())
-                    raise ValueError(f"the key {name!r} steers the session ({controls}); use another one")
-                if place in places:
-                    raise ValueError(f"{places[place]!r} and {name!r} are one key")
-                places[place] = name
-        return keys
 
 
 class SerialSpec(Model):
@@ -156,18 +144,6 @@ class SerialSpec(Model):
     device: Literal["serial"]
     port: str = Field(min_length=1, description="Name of the port, such as /dev/ttyACM0 or COM3.")
     protocol: BoxProtocol = Field(description="What the box sends.")
-    buttons: dict[Annotated[str, Field(min_length=1)], Literal["felt", "not_felt"]] | None = Field(
-        None,
-        min_length=1,
-        description="What each button means. Left out, the box may have one button, which means felt.",
-    )
-
-    @field_validator("buttons")
-    @classmethod
-    def _one_means_felt(cls, buttons: dict[str, str] | None) -> dict[str, str] | None:
-        if buttons is not None and "felt" not in buttons.values():
-            raise ValueError("no button means felt; let one")
-        return buttons
 
 
 class Rig(Model):

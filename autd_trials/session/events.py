@@ -14,7 +14,7 @@ from autd_trials.masking.masker import MaskerInfo
 from autd_trials.model import Model
 from autd_trials.protocol.plan import Plan, TrialType
 from autd_trials.protocol.schema import Level, Protocol
-from autd_trials.responses.responder import Meaning, Repeat, ResponderInfo
+from autd_trials.responses.responder import ResponderInfo
 from autd_trials.stimulus import Fraction, Limits
 
 _EARLIEST, _LATEST = datetime(1970, 1, 1, tzinfo=UTC), datetime(9999, 1, 1, tzinfo=UTC)
@@ -41,8 +41,6 @@ Number = Annotated[int, Field(ge=1)]
 Count = Annotated[int, Field(ge=0)]
 Json = dict[str, JsonValue]
 """A rig or a calibration: rooms that the session does not know, so their files' contents as they are."""
-Phase = Literal["outside", "before_onset", "window", "late"]
-"""Where in a trial something came."""
 ConfirmedBy = Literal["person", "unattended"]
 
 
@@ -149,37 +147,25 @@ class StimulusStart(_Event):
 class ResponseMade(_Event):
     """A press; `phase` is where it fell.
 
-    `response_time_s` counts from the hardware onset; it is negative before it. `means` is what the rig
-    declares the button to mean, `repeat` whether it was held down since an earlier press; in version 1 every
-    press meant felt.
+    `response_time_s` counts from the hardware onset; it is negative before it. `meaning` is felt, or other
+    for a button that does not mean felt, or repeat where a key that is held down repeats itself; only felt
+    counts. It is None in version 1, where every press counted.
     """
 
     event: Literal["response"] = "response"
     trial: Number | None
     attempt: Number | None
-    phase: Phase
+    phase: Literal["outside", "before_onset", "window", "late"]
     press_t_s: AnyTime
     button: str
     response_time_s: float | None
     device_time_s: float | None
-    means: Meaning = "felt"
-    repeat: Repeat = "no"
+    meaning: Literal["felt", "other", "repeat"] | None = None
 
     @property
-    def answers(self) -> bool:
-        """Whether it may answer its trial; which press does is said by `presses.answer_of`."""
-        return self.phase == "window" and self.means != "undeclared" and self.repeat != "yes"
-
-
-class UnreadableInput(_Event):
-    """Something came from the response device that is no press it knows; it may have been meant as one."""
-
-    event: Literal["unreadable-input"] = "unreadable-input"
-    trial: Number | None
-    attempt: Number | None
-    phase: Phase
-    what: str
-    happened_t_s: AnyTime
+    def counts(self) -> bool:
+        """Whether it is an answer if it falls in the response window."""
+        return self.meaning in (None, "felt")
 
 
 class TrialEnd(_Event):
@@ -256,7 +242,6 @@ Event = Annotated[
     | TrialStart
     | StimulusStart
     | ResponseMade
-    | UnreadableInput
     | TrialEnd
     | Pause
     | Resume

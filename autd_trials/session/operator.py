@@ -28,6 +28,9 @@ class Operator(Protocol):
     def confirm_block(self, block: PlannedBlock) -> None:
         """Return when the block's conditions (clothing, say) are as they must be."""
 
+    def confirm_known(self, summary: str) -> None:
+        """Return when an id that is in the study already was confirmed to be the same person's."""
+
     def confirm_resume(self, summary: str) -> None:
         """Return when an interrupted session may go on."""
 
@@ -45,6 +48,9 @@ class Unattended:
 
     def confirm_block(self, block: PlannedBlock) -> None:
         """Nobody wears anything."""
+
+    def confirm_known(self, summary: str) -> None:
+        """Nobody knows who it is."""
 
     def confirm_resume(self, summary: str) -> None:
         """Go on."""

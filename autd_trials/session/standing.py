@@ -22,7 +22,6 @@ from autd_trials.session.events import (
     StimulusStart,
     TrialEnd,
     TrialStart,
-    UnreadableInput,
 )
 from autd_trials.stimulus import Limits, exposure_s
 
@@ -73,17 +72,13 @@ class TrialNow:
 
 @dataclass
 class HealthNow:
-    """The devices as they were seen last.
-
-    `unclear` counts inputs that were no answer: unreadable ones, undeclared buttons, keys held down.
-    """
+    """The devices as they were seen last."""
 
     devices_ready: int | None = None
     thermal: bool = False
     checked_t_s: float | None = None
     margin_s: float | None = None
     underruns: int = 0
-    unclear: int = 0
     last_fault: str | None = None
 
 
@@ -175,15 +170,10 @@ class Standing:
                 self._begin(event)
             case StimulusStart():
                 self._stimulate(event)
-            case ResponseMade() if event.answers and event.means == "felt":
+            case ResponseMade() if event.phase == "window" and event.counts:
                 self.last_response_time_s = event.response_time_s
                 if self.trial is not None:
                     self.trial.felt = True
-            case ResponseMade() if event.repeat == "yes" or event.means == "undeclared":
-                self.health.unclear += 1
-            case UnreadableInput():
-                self.health.unclear += 1
-                self.health.last_fault = f"unreadable input: {event.what}"
             case TrialEnd():
                 self._finish(event)
             case Pause():
@@ -243,7 +233,8 @@ class Standing:
     def _go_on(self, event: Resume) -> None:
         self._run_on()
         self.paused = self.trial = None
-        self.devices = event.devices or self.devices
+        if isinstance(event.devices, DeviceDescriptions):
+            self.devices = event.devices
         self.rig = self.rig if event.rig is None else event.rig
         self.calibration_sha256 = event.calibration_sha256 or self.calibration_sha256
         self.limits = event.limits or self.limits

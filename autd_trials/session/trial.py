@@ -76,7 +76,7 @@ class TrialRunner:
             self.watch.until(window.onset_s + trial.stimulus.duration_s, burst=True)
             completion = self.devices.array.finish()
             self.watch.until(window.end_s + _GRACE_S)
-            self.presses.refuse_unclear()
+            self.presses.refuse_doubtful()
         except BaseException:
             silence(self.devices.array, self.recorder, self.clock)
             self.recorder.record(
@@ -91,7 +91,7 @@ class TrialRunner:
             )
             raise
         self._end(window, completion, self.watch.underruns - underruns_before)
-        return Ended(window.end_s, self._felt_after_s() is not None)
+        return Ended(window.end_s, self.presses.response_time_s is not None)
 
     def _stimulate(
         self, trial: PlannedTrial, attempt: int, start_s: float, onset_s: float, exposure: Exposure
@@ -129,7 +129,7 @@ class TrialRunner:
         return window
 
     def _end(self, window: TrialWindow, completion: Completion, underruns: int) -> None:
-        response_time_s = self._felt_after_s()
+        response_time_s = self.presses.response_time_s
         self.recorder.record(
             TrialEnd,
             trial=window.trial,
@@ -144,8 +144,3 @@ class TrialRunner:
             underruns=underruns,
             started=True,
         )
-
-    def _felt_after_s(self) -> float | None:
-        """Return the response time in s if the trial was answered as felt."""
-        answer = self.presses.answer
-        return answer.response_time_s if answer is not None and answer.means == "felt" else None

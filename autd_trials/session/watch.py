@@ -41,9 +41,7 @@ class Watch:
         while True:
             self.look()
             now_s = self._clock.now_s()
-            responder = self._devices.responder
-            presses = responder.read(min(time_s, now_s + step_s))
-            self._presses.take(presses, responder.unreadable())
+            self._presses.take(self._devices.responder.read(min(time_s, now_s + step_s)))
             if now_s >= time_s or (pausable and self._interrupts.pause_requested):
                 return
 

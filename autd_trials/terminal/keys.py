@@ -1,22 +1,16 @@
 """Keys of a terminal: telling them apart in its character stream, and editing one line with them."""
 
 import re
+import unicodedata
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from autd_trials.terminal.layouts import keys_of
-
 ESCAPE = "\x1b"
 ENTER = "\n"
-INTERRUPT = "\x03"
-"""Ctrl-C, where the terminal sends it as a key and not as a signal."""
 
-KEY_NAMES = {"space": " ", "enter": ENTER, "tab": "\t"}
-"""Names of the keys that print nothing; every other key is named by its character."""
-
-PAUSE, NOTE, ABORT = "p", "n", "a"
-CONTROL_KEYS = {PAUSE: "pause", NOTE: "pause for a note", ABORT: "abort"}
-"""What steers a session; no answer can be given with these."""
+CONTROL_KEYS: Mapping[str, str] = {"p": "pause", "n": "note", "a": "abort"}
+"""What steers a session while trials run; no response key may be one of these."""
 
 _ERASE = ("\x7f", "\b")
 _ERASE_LINE = "\x15"  # Ctrl-U, as in a shell
@@ -34,66 +28,50 @@ _KEY = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 
-
-# Terminals that tell more than characters: "CSI u" (kitty, foot, WezTerm, tmux) and xterm's modifyOtherKeys.
-_CSI_U = re.compile(
-    r"\x1b\[(?P<code>\d{1,7})(?::\d*(?::(?P<base>\d{1,7}))?)?"
-    r"(?:;(?P<modifiers>\d{0,4})(?::(?P<event>\d))?)?(?:;[\d:]*)?u"
+# A key as the kitty protocol reports it: its character, the one on the standard layout, modifiers.
+_REPORTED = re.compile(r"\x1b\[(\d{1,7})(?::\d*)?(?::(\d{1,7}))?(?:;[12]?(?::[12])?)?u")
+_LATIN = "qwertyuiopasdfghjklzxcvbnm"
+_SAME_PLACES = (
+    "йцукенгшщзфывапролдячсмить",  # Russian
+    ";ςερτυθιοπασδφγηξκλζχψωβνμ",  # Greek
+    "/'קראטוןםפשדגכעיחלךזסבהנמצ",  # Hebrew
+    "ضصثقفغعهخحشسيبلاتنمئءؤرﻻىة",  # Arabic
+    "ㅂㅈㄷㄱㅅㅛㅕㅑㅐㅔㅁㄴㅇㄹㅎㅗㅓㅏㅣㅋㅌㅊㅍㅠㅜㅡ",  # Korean
+    "たていすかんなにらせちとしはきくまのりつさそひこみも",  # Japanese kana
 )
-_OTHER_KEYS = re.compile(r"\x1b\[27;(?P<modifiers>\d{1,4});(?P<code>\d{1,7})~")
-_SHIFT, _CTRL, _LOCKS = 1, 4, 64 | 128
-_REPEATED, _RELEASED = "2", "3"
+_BY_PLACE = {
+    letter: latin
+    for layout in _SAME_PLACES
+    for letter, latin in zip(layout, _LATIN, strict=True)
+    if letter.isalpha()
+}
+
+
+def plain_key(text: str) -> str:
+    r"""Return the key of a Latin keyboard that is meant, whatever the layout, Caps Lock or input method.
+
+    Wide and other compatibility forms become plain ones, letters small, and a letter of a script that is not
+    Latin becomes the Latin one in the same place. Other keys stay as they are.
+
+    >>> plain_key("A"), plain_key("\u3000"), plain_key("ф"), plain_key("\x1b[32u"), plain_key("\x1b[A")
+    ('a', ' ', 'a', ' ', '\x1b[A')
+    """
+    if reported := _REPORTED.fullmatch(text):
+        code = int(reported[2] or reported[1])
+        text = chr(code).replace("\r", ENTER) if code <= 0x10FFFF else text
+    if len(text) != 1:
+        return text
+    text = _BY_PLACE.get(text.lower(), text)
+    simple = unicodedata.normalize("NFKC", text).lower()
+    return simple if len(simple) == 1 else text
 
 
 @dataclass(frozen=True)
 class Key:
-    """One key: a character or a whole escape sequence, and when it arrived on the host's monotonic clock.
-
-    `repeat` is True where the terminal says that the key was held down, None where it does not say anything
-    of it. `base` is the key's character on the US layout, where the terminal tells.
-    """
+    """One key: a character or a whole escape sequence, and when it arrived on the host's monotonic clock."""
 
     text: str
     time_s: float
-    repeat: bool | None = None
-    base: str | None = None
-
-    @property
-    def keys(self) -> frozenset[str]:
-        """The keys that it may be, as the US layout types them (see `layouts.keys_of`)."""
-        return frozenset(self.base) if self.base else keys_of(self.text)
-
-
-def read_key(text: str, time_s: float) -> Key | None:
-    """Return a key from what a terminal sent for it (see `KeyDecoder`); None for one that was let go."""
-    found = _CSI_U.fullmatch(text) or _OTHER_KEYS.fullmatch(text)
-    if found is None:
-        return Key(text, time_s)
-    parts = found.groupdict()
-    if parts.get("event") == _RELEASED:
-        return None
-    character = _character(parts["code"])
-    modifiers = int(parts["modifiers"] or 1) - 1
-    if character is None or modifiers & ~(_SHIFT | _CTRL | _LOCKS):
-        return Key(text, time_s)  # with Alt, say: another key than its character
-    if modifiers & _CTRL:
-        character = chr(ord(character.upper()) & 0x1F) if character.isascii() else text
-    event = parts.get("event")
-    repeat = None if event is None else event == _REPEATED
-    base = None if modifiers & _CTRL else _character(parts.get("base") or "")
-    return Key(ENTER if character == "\r" else character, time_s, repeat, base)
-
-
-def _character(code: str) -> str | None:
-    number = int(code or -1)
-    return chr(number) if 0 <= number <= 0x10FFFF and not 0xE000 <= number <= 0xF8FF else None
-
-
-def key_of_name(name: str) -> str | None:
-    """Return the character of the key with a name (of `KEY_NAMES`, or its own); None if there is none."""
-    if name in KEY_NAMES:
-        return KEY_NAMES[name]
-    return name if len(name) == 1 and name.isprintable() and not name.isspace() else None
 
 
 class KeyDecoder:

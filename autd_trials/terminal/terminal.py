@@ -7,25 +7,14 @@ import shutil
 import signal
 import sys
 import threading
-import unicodedata
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import replace
 from types import FrameType, TracebackType
 from typing import Self, TextIO
 
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError
 from autd_trials.inbox import Inbox
-from autd_trials.terminal.keys import (
-    CONTROL_KEYS,
-    ESCAPE,
-    INTERRUPT,
-    Key,
-    KeyDecoder,
-    LineEditor,
-    read_key,
-)
-from autd_trials.terminal.layouts import keys_of
+from autd_trials.terminal.keys import CONTROL_KEYS, ESCAPE, Key, KeyDecoder, LineEditor, plain_key
 from autd_trials.terminal.raw_mode import KeySource, open_terminal
 
 _ESCAPE_TIMEOUT_S = 0.05  # the rest of an escape sequence follows sooner, also over ssh
@@ -36,11 +25,10 @@ _JOIN_TIMEOUT_S = 0.5
 class Terminal:
     """Reads single keys in a thread, stamps each on arrival and routes it.
 
-    A key goes to the innermost open question if there is one; else to everybody who subscribed to it; else,
-    if it is one of `CONTROL_KEYS`, to `commands`; else to everybody who subscribed to the rest. Keys are
-    known by their place: on a Greek layout, in upper case or under an input method they are the same. Ctrl-C
-    still makes SIGINT (see `raw_mode.open_terminal`), also where the terminal sends it as a key. The terminal's settings are put back
-    by `close`, at exit and on SIGTERM; after ``kill -9`` only ``reset`` in the shell can do that.
+    A key goes to the innermost open question if there is one; else to everybody who subscribed to it, be it
+    typed on another layout or with Caps Lock; else, if it is no control key, to who subscribed to all others;
+    else to `commands`. Ctrl-C still makes SIGINT (see `raw_mode.open_terminal`). The terminal's settings are
+    put back by `close`, at exit and on SIGTERM; after ``kill -9`` only ``reset`` in the shell can do that.
 
     Parameters
     ----------
@@ -54,7 +42,7 @@ class Terminal:
     Attributes
     ----------
     commands
-        The control keys that nobody subscribed to; and the rest, if nobody subscribed to that.
+        The keys that nobody subscribed to, for the runner's controls.
     """
 
     def __init__(self, clock: Clock, *, fd: int | None = None, output: TextIO | None = None) -> None:
@@ -64,7 +52,7 @@ class Terminal:
         self._output = output
         self._lock = threading.Lock()
         self._subscriptions: list[tuple[frozenset[str], Inbox[Key]]] = []
-        self._rest: list[Inbox[Key]] = []
+        self._others: list[Inbox[Key]] = []
         self._questions: list[Inbox[Key]] = []
         self._lost = False
         self._source: KeySource | None = None
@@ -110,10 +98,10 @@ class Terminal:
     ) -> None:
         self.close()
 
-    def subscribe(self, keys: Collection[str]) -> Inbox[Key]:
+    def subscribe(self, keys: Collection[str], *, others: bool = False) -> Inbox[Key]:
         """Return an inbox that gets these keys from now on (except while a question is open).
 
-        The `text` of what it gets is the key as it was subscribed to.
+        With `others` it also gets every key that nobody subscribed to and that is no control key.
 
         Raises
         ------
@@ -121,20 +109,20 @@ class Terminal:
             The terminal is not open or was lost.
         """
         inbox: Inbox[Key] = Inbox(self._clock)
-        self._attach(lambda: self._subscriptions.append((frozenset(keys), inbox)))
-        return inbox
 
-    def subscribe_to_the_rest(self) -> Inbox[Key]:
-        """Return an inbox that gets what is neither subscribed to nor a control key; raises as `subscribe`."""
-        inbox: Inbox[Key] = Inbox(self._clock)
-        self._attach(lambda: self._rest.append(inbox))
+        def attach() -> None:
+            self._subscriptions.append((frozenset(keys), inbox))
+            if others:
+                self._others.append(inbox)
+
+        self._attach(attach)
         return inbox
 
     def unsubscribe(self, inbox: Inbox[Key]) -> None:
         """End a subscription; its keys go to `commands` again unless somebody else wants them."""
         with self._lock:
             self._subscriptions = [entry for entry in self._subscriptions if entry[1] is not inbox]
-            self._rest = [entry for entry in self._rest if entry is not inbox]
+            self._others = [other for other in self._others if other is not inbox]
 
     @contextlib.contextmanager
     def question(self) -> Iterator[Inbox[Key]]:
@@ -196,8 +184,7 @@ class Terminal:
         """
         with self.question() as inbox:
             (show or self._echo)(f"{question} [y/n] ")
-            # By character, not by place: on a Russian layout the letter for "no" lies on the key y.
-            answers = (unicodedata.normalize("NFKC", key).lower() for key in self._answers(inbox, cancelled))
+            answers = (plain_key(key) for key in self._answers(inbox, cancelled))
             yes = next((key for key in answers if key in ("y", "n", ESCAPE)), "n") == "y"
         if show is None:
             self._write("yes\n" if yes else "no\n")
@@ -235,43 +222,32 @@ class Terminal:
             except EOFError:
                 break
             time_s = self._clock.now_s()
-            for sent in decoder.feed(text) if text else decoder.flush():
-                if (key := read_key(sent, time_s)) is not None:
-                    self._route(key)
+            for key in decoder.feed(text) if text else decoder.flush():
+                self._route(Key(key, time_s))
         if self._source is source:
             self._lose()
 
     def _route(self, key: Key) -> None:
-        if key.text == INTERRUPT:
-            os.kill(os.getpid(), signal.SIGINT)
-            return
         with self._lock:
-            if self._questions:
-                self._questions[-1].put([key])
-                return
-            taken = False
-            for wanted, inbox in self._subscriptions:
-                if (name := _wanted(key, wanted)) is not None:
-                    inbox.put([replace(key, text=name)])
-                    taken = True
-            if taken:
-                return
-            controls = [name for name in CONTROL_KEYS if name in key.keys]
-            if controls:
-                self.commands.put([replace(key, text=name) for name in controls])
-                return
-            for inbox in self._rest or [self.commands]:
-                inbox.put([key])
+            inboxes, text = self._destination(key.text)
+            for inbox in inboxes:
+                inbox.put([Key(text, key.time_s)])
+
+    def _destination(self, typed: str) -> tuple[list[Inbox[Key]], str]:
+        """Return who gets a key, and by which name."""
+        if self._questions:
+            return self._questions[-1:], typed
+        for text in (typed, plain_key(typed)):
+            if subscribed := [inbox for keys, inbox in self._subscriptions if text in keys]:
+                return subscribed, text
+        if plain_key(typed) in CONTROL_KEYS or not self._others:
+            return [self.commands], plain_key(typed)
+        return self._others, typed
 
     def _lose(self) -> None:
         with self._lock:
             self._lost = True
-            for inbox in (
-                self.commands,
-                *self._questions,
-                *self._rest,
-                *(inbox for _, inbox in self._subscriptions),
-            ):
+            for inbox in (self.commands, *self._questions, *(inbox for _, inbox in self._subscriptions)):
                 inbox.lose("the terminal was lost", where="terminal", do="resume the session in a terminal")
 
     def _handle_sigterm(self) -> None:
@@ -286,14 +262,3 @@ class Terminal:
     def _on_sigterm(self, number: int, _frame: FrameType | None) -> None:
         self.close()
         os.kill(os.getpid(), number)
-
-
-def _wanted(key: Key, wanted: Collection[str]) -> str | None:
-    """Return which of the wanted keys it is: that with its character, else the only one with its place.
-
-    A letter that may lie on a wanted key and on another is none of them: an answer is not guessed.
-    """
-    if key.text in wanted:
-        return key.text
-    found = {name for name in wanted if keys_of(name) & key.keys}
-    return found.pop() if len(found) == 1 and len(key.keys) == 1 else None

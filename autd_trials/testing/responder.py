@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from autd_trials.clock import VirtualClock
 from autd_trials.errors import DeviceError
-from autd_trials.responses.responder import Presentation, Press, ResponderInfo, Unreadable
+from autd_trials.responses.responder import Input, Presentation, Press, ResponderInfo
 
 
 @dataclass
@@ -32,9 +32,7 @@ class ScriptedResponder:
     presented
         What it was presented with.
     due
-        Presses that are still to come; a test may add its own.
-    garbage
-        What is unreadable and still to come.
+        Inputs that are still to come, in order; a test may add its own, unreadable ones too.
     """
 
     clock: VirtualClock
@@ -44,8 +42,7 @@ class ScriptedResponder:
     lost_in: set[tuple[int, int]] = field(default_factory=set)
     kind: str = "scripted"
     presented: list[Presentation] = field(default_factory=list)
-    due: list[Press] = field(default_factory=list)
-    garbage: list[Unreadable] = field(default_factory=list)
+    due: list[Input] = field(default_factory=list)
 
     def open(self) -> ResponderInfo:
         """Begin."""
@@ -60,24 +57,16 @@ class ScriptedResponder:
         self.due += [Press(presentation.onset_s + each_s, "a") for each_s in after_s]
         self.due.sort(key=lambda press: press.time_s)
 
-    def read(self, until_s: float) -> list[Press]:
-        """Wait until `until_s` or the next press; see `Responder.read`."""
+    def read(self, until_s: float) -> list[Input]:
+        """Wait until `until_s` or the next input; see `Responder.read`."""
         if self.lost_at_s is not None and until_s >= self.lost_at_s:
             self.clock.sleep_until(self.lost_at_s)
             self.lost_at_s = None
             raise DeviceError("unplugged", where="responder", do="plug it in")
-        coming_s = [*(press.time_s for press in self.due[:1]), *(each.time_s for each in self.garbage)]
-        self.clock.sleep_until(min([until_s, *coming_s]))
+        self.clock.sleep_until(min([until_s, *(press.time_s for press in self.due[:1])]))
         presses = [press for press in self.due if press.time_s <= self.clock.now_s()]
         self.due = self.due[len(presses) :]
         return presses
-
-    def unreadable(self) -> list[Unreadable]:
-        """Return what a test put into `garbage` and whose time has come."""
-        now_s = self.clock.now_s()
-        came = [each for each in self.garbage if each.time_s <= now_s]
-        self.garbage = [each for each in self.garbage if each.time_s > now_s]
-        return came
 
     def close(self) -> None:
         """Forget what was to come."""

@@ -25,18 +25,13 @@ from autd_trials.session.runner import Done, SessionRunner, confirm_beginning
 from autd_trials.stimulus import Limits
 from autd_trials.testing.responder import ScriptedResponder
 
-LIMITS = Limits(
-    largest_drive=1, longest_burst_s=2, largest_duty=1, session_exposure_s=1000, daily_exposure_s=1000
-)
-"""Limits that no small session comes near."""
-
-UNUSED = Used()
 Begin = Callable[[Recorder, DeviceDescriptions], object]
 """Records what comes before the first trial."""
 
-
-def _nothing(_recorder: Recorder, _devices: DeviceDescriptions) -> None:
-    pass
+LIMITS = Limits(
+    largest_drive=1, longest_burst_s=2, largest_duty=1, session_exposure_s=1000, daily_exposure_s=1000
+)
+UNUSED = Used()
 
 
 @dataclass
@@ -99,6 +94,10 @@ class ScriptedOperator:
         """Take note of the block."""
         self.asked.append(f"block {block.block}")
 
+    def confirm_known(self, summary: str) -> None:
+        """Take note of the summary."""
+        self.asked.append(summary)
+
     def confirm_resume(self, summary: str) -> None:
         """Take note of the summary."""
         self.asked.append(summary)
@@ -131,8 +130,7 @@ class Stage:
     log
         Where events are kept.
     limits, used, earlier_bursts
-        The limits that hold, what was used of them before, and when bursts before began and ended (host time,
-        in s).
+        What may be emitted, what was emitted before, and when it was, on the host's clock.
     """
 
     protocol: Protocol
@@ -167,7 +165,7 @@ class Stage:
         begin
             Records what comes before the first trial: a session's start, say.
         """
-        complete = (done or Done()).complete
+        done = done or Done()
         array = PhasedArray(
             [UnitPose("unit 1", np.eye(3), np.zeros(3))],
             self.backend,
@@ -179,12 +177,12 @@ class Stage:
             earlier_bursts=self.earlier_bursts,
         )
         devices = Devices(array, self.masker, self.responder)
-        to_do = [trial for trial in self.plan.trials if trial.trial not in complete]
+        to_do = [trial for trial in self.plan.trials if trial.trial not in done.complete]
         preflight(self.protocol, self.plan, array, self.limits, self.used, to_do)
         descriptions = devices.open()
         self.interrupts.on_abort = array.halt
         try:
-            confirm_beginning(self.operator, self.protocol, self.plan, complete)
+            confirm_beginning(self.operator, self.protocol, self.plan, done.complete)
             recorder = Recorder(self.log, self.clock, listeners=self.listeners)
             begin(recorder, descriptions)
             SessionRunner(
@@ -208,7 +206,6 @@ class Stage:
 
 def make_stage(
     protocol: Protocol,
-    plan: Plan | None = None,
     *,
     place: int = 1,
     session: int = 1,
@@ -221,8 +218,6 @@ def make_stage(
     ----------
     protocol
         What is to be done; `autd_trials.testing.studies.make_protocol` makes a small one.
-    plan
-        Its plan, if it is not the one that `make_plan` makes.
     place, session
         As in `make_plan`.
     start
@@ -233,7 +228,7 @@ def make_stage(
     clock = VirtualClock(start)
     return Stage(
         protocol=protocol,
-        plan=plan or make_plan(protocol, place=place, session=session, seed=1),
+        plan=make_plan(protocol, place=place, session=session, seed=1),
         clock=clock,
         backend=VirtualBackend(clock),
         masker=EmulatedMasker(-30.0, clock),

@@ -25,7 +25,9 @@ _EXPECTED = {
 }
 
 
-def problems(error: ValidationError, document: Tree, model: type[BaseModel]) -> list[Problem]:
+def problems(
+    error: ValidationError, document: Tree, model: type[BaseModel], most: int
+) -> tuple[list[Problem], int]:
     """Say what is wrong and where.
 
     Parameters
@@ -36,11 +38,16 @@ def problems(error: ValidationError, document: Tree, model: type[BaseModel]) -> 
         Where everything stands in the file.
     model
         What the file should hold; its JSON Schema tells which keys are allowed.
+    most
+        How many are explained, as explaining takes time.
 
     Returns
     -------
     list[Problem]
-        One for each key and each value; those that the document has a problem with already are left out.
+        One for each key and each value, the first in the file; those that the document has a problem with
+        already are left out.
+    int
+        How many further ones there are.
     """
     already = {problem.mark for problem in document.problems}
     found: dict[tuple[Path, Mark], list[ErrorDetails]] = {}
@@ -51,9 +58,12 @@ def problems(error: ValidationError, document: Tree, model: type[BaseModel]) -> 
         mark = _mark(place, detail, document)
         if mark not in already:
             found.setdefault((place, mark), []).append(detail)
-    return [
-        Problem(mark, place, _explanation(place, details, model)) for (place, mark), details in found.items()
+    first = sorted(found.items(), key=lambda item: item[0][1])[:most]
+    schema = model.model_json_schema()
+    explained = [
+        Problem(mark, place, _explanation(place, details, schema)) for (place, mark), details in first
     ]
+    return explained, len(found) - len(first)
 
 
 def spelled(path: Path) -> str:
@@ -116,12 +126,12 @@ def _mark(place: Path, detail: ErrorDetails, document: Tree) -> Mark:
     return document.value_marks[place]
 
 
-def _explanation(place: Path, details: list[ErrorDetails], model: type[BaseModel]) -> str:
+def _explanation(place: Path, details: list[ErrorDetails], schema: dict[str, Any]) -> str:
     kinds = {detail["type"] for detail in details}
     if "missing" in kinds:
         return "this key is missing; add it"
     if "extra_forbidden" in kinds:
-        allowed = sorted(_allowed_keys(details[0]["loc"][:-1], model))
+        allowed = sorted(_allowed_keys(details[0]["loc"][:-1], schema))
         return f"unknown key; allowed: {', '.join(allowed) or 'none'}{did_you_mean(str(place[-1]), allowed)}"
     told = [detail["msg"].removeprefix("Value error, ") for detail in details if _says_all(detail)]
     expected = [_expectation(detail) for detail in details if not _says_all(detail)]
@@ -133,7 +143,9 @@ def _explanation(place: Path, details: list[ErrorDetails], model: type[BaseModel
 
 def _says_all(detail: ErrorDetails) -> bool:
     """Whether the message is a validator's own, which names what it found."""
-    return not detail["msg"].startswith(("Input should ", "String should ", "Tuple should ", "List should "))
+    return not detail["msg"].startswith(
+        ("Input should ", "String should ", "Tuple should ", "List should ", "Dictionary should ")
+    )
 
 
 def _expectation(detail: ErrorDetails) -> str:
@@ -166,9 +178,8 @@ def _shown(value: Any) -> str:
     return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."
 
 
-def _allowed_keys(location: Path, model: type[BaseModel]) -> set[str]:
-    """Return the keys that the model allows in the mapping at one of pydantic's locations."""
-    root = model.model_json_schema()
+def _allowed_keys(location: Path, root: dict[str, Any]) -> set[str]:
+    """Return the keys that a schema allows in the mapping at one of pydantic's locations."""
     schemas = [root]
     for part in location:
         children = [child for schema in schemas for child in _children(schema, part, root)]

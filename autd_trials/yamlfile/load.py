@@ -2,13 +2,16 @@
 
 import hashlib
 import json
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import InitErrorDetails
 
 from autd_trials.errors import UsageError
-from autd_trials.yamlfile import explain, tree
+from autd_trials.yamlfile.explain import problems, spelled
+from autd_trials.yamlfile.tree import MalformedYaml, Problem, mark_at, parse
 
 T = TypeVar("T", bound=BaseModel)
 
@@ -16,7 +19,15 @@ LARGEST_BYTES = 1_000_000
 _MOST_PROBLEMS = 100
 
 
-def load_model(path: Path, model: type[T]) -> T:
+Rules = Callable[[T], Iterable[InitErrorDetails]]
+"""Yields what the schema cannot say: how fields must be to each other."""
+
+
+def _no_rules(_model: object) -> tuple[()]:
+    return ()
+
+
+def load_model(path: Path, model: type[T], rules: Rules[T] = _no_rules) -> T:
     """Read a YAML file and validate it.
 
     The data are validated as JSON, so strict models take whole numbers for floats and lists for tuples.
@@ -26,8 +37,9 @@ def load_model(path: Path, model: type[T]) -> T:
     path
         The file; UTF-8, at most 1 MB.
     model
-        What the file must hold. Validators may raise a `pydantic.ValidationError` of their own whose errors
-        carry a location; these get a line as well.
+        What the file must hold.
+    rules
+        Asked of a file that holds it; what they yield gets a line as well.
 
     Returns
     -------
@@ -40,21 +52,24 @@ def load_model(path: Path, model: type[T]) -> T:
         The file cannot be read, is not YAML or does not fit; its text has a line
         ``file:line:column: key: what is wrong`` for each problem.
     """
-    return load_with_sha256(path, model)[0]
+    return load_with_sha256(path, model, rules)[0]
 
 
-def load_with_sha256(path: Path, model: type[T]) -> tuple[T, str]:
+def load_with_sha256(path: Path, model: type[T], rules: Rules[T] = _no_rules) -> tuple[T, str]:
     """Read a YAML file like `load_model`; return the model and the SHA-256 of the very bytes it came from."""
     content = _read(path)
     text = _decode(content, path)
     try:
-        document = tree.parse(text)
-    except tree.MalformedYaml as error:
+        document = parse(text)
+    except MalformedYaml as error:
         raise _refusal(path, [error.problem]) from error
     try:
         loaded = model.model_validate_json(json.dumps(document.data))
+        if broken := list(rules(loaded)):
+            raise ValidationError.from_exception_data(model.__name__, broken)
     except ValidationError as error:
-        raise _refusal(path, document.problems + explain.problems(error, document, model)) from error
+        found, further = problems(error, document, model, _MOST_PROBLEMS)
+        raise _refusal(path, document.problems + found, further) from error
     if document.problems:
         raise _refusal(path, document.problems)
     return loaded, hashlib.sha256(content).hexdigest()
@@ -80,19 +95,16 @@ def _decode(content: bytes, path: Path) -> str:
         return content.decode("utf-8-sig")  # Windows editors put a byte order mark first
     except UnicodeDecodeError as error:
         before = content[: error.start].decode("utf-8", errors="replace")
-        mark = tree.mark_at(before, len(before))
-        raise _refusal(
-            path, [tree.Problem(mark, (), "this is not UTF-8 text; save the file as UTF-8")]
-        ) from error
+        mark = mark_at(before, len(before))
+        raise _refusal(path, [Problem(mark, (), "this is not UTF-8 text; save the file as UTF-8")]) from error
 
 
-def _refusal(path: Path, problems: list[tree.Problem]) -> UsageError:
-    """Return the error that lists the problems in the order in which they stand in the file."""
+def _refusal(path: Path, found: list[Problem], further: int = 0) -> UsageError:
+    """Return the error that lists the first problems in the order of the file, and counts all others."""
     lines = [
-        f"{path}:{problem.mark.line}:{problem.mark.column}: {explain.spelled(problem.path)}{problem.what}"
-        for problem in sorted(problems, key=lambda problem: problem.mark)
+        f"{path}:{problem.mark.line}:{problem.mark.column}: {spelled(problem.path)}{problem.what}"
+        for problem in sorted(found, key=lambda problem: problem.mark)[:_MOST_PROBLEMS]
     ]
-    further = len(lines) - _MOST_PROBLEMS
-    if further > 0:
-        lines[_MOST_PROBLEMS:] = [f"{path}: and {further} more"]
+    if further := further + len(found) - len(lines):
+        lines.append(f"{path}: and {further} more")
     return UsageError("\n".join(lines))

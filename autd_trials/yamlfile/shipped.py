@@ -28,7 +28,7 @@ def find_file(name_or_path: str, *, kind: str, folder: str = "") -> Path:
         There is neither such a file nor such a shipped one.
     """
     path = Path(name_or_path)
-    if name_or_path and _is_file(path):
+    if name_or_path and is_file(path):
         return path
     shipped = shipped_names(folder)
     if name_or_path.removesuffix(_SUFFIX) in shipped:
@@ -44,12 +44,13 @@ def shipped_names(folder: str = "") -> list[str]:
     return sorted(path.stem for path in _shipped(folder).glob(f"*{_SUFFIX}"))
 
 
-def _shipped(folder: str) -> Path:
-    return Path(str(resources.files("autd_trials"))) / "protocols" / folder
-
-
-def _is_file(path: Path) -> bool:
+def is_file(path: Path) -> bool:
+    """Tell whether there is such a file; a name that is too long, or holds a NUL, is no file's."""
     try:
         return path.is_file()
-    except (OSError, ValueError):  # a name that is too long, or holds a NUL, is no file's
+    except (OSError, ValueError):
         return False
+
+
+def _shipped(folder: str) -> Path:
+    return Path(str(resources.files("autd_trials"))) / "protocols" / folder

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from autd_trials.acoustics.focus_metrics import (
     focus_force_mn,
@@ -83,6 +85,8 @@ def test_metrics_are_of_the_field() -> None:
     assert metrics.level_max_db == pytest.approx(175.3, abs=0.2)
     assert metrics.shock_distance_mm == pytest.approx(10, abs=1)
     assert metrics.linear_is_upper_bound
+    assert metrics.side_lobe_db is not None
+    assert metrics.grating_lobe_db is not None
     assert -5 < metrics.side_lobe_db < 0, "the fringes of two beams"
     assert -30 < metrics.grating_lobe_db < -5
 
@@ -107,9 +111,42 @@ def test_chords_of_known_shapes() -> None:
     round_spot = np.exp(-(x**2 + y**2) / 50)
     diameter_mm = 2 * math.sqrt(50 * math.log(math.sqrt(2)))
     assert largest_chord_mm(grid, round_spot) == pytest.approx(diameter_mm, rel=0.005)
-    two_spots = round_spot + np.exp(-((x - 10) ** 2 + y**2) / 2)
-    assert largest_chord_mm(grid, two_spots) > 10, "all of the region counts, also what is apart"
+    two_spots = round_spot + 0.9 * np.exp(-((x - 15) ** 2 + y**2) / 2)
+    assert largest_chord_mm(grid, two_spots) == pytest.approx(diameter_mm, rel=0.02), "what is apart is apart"
     assert largest_chord_mm(grid, np.ones(grid.counts)) == 0.0
+
+
+@given(
+    width_mm=st.floats(2, 6),
+    apart_mm=st.floats(12, 17),
+    angle=st.floats(0, 2 * math.pi),
+    level=st.floats(0.1, 0.99),
+)
+def test_a_spot_beside_the_focus_never_makes_it_larger(
+    width_mm: float, apart_mm: float, angle: float, level: float
+) -> None:
+    grid = box_grid(np.zeros(3), np.eye(3)[:2], width_mm=40, step_mm=0.5)
+    x, y = grid.points_mm[:, 0].reshape(grid.counts), grid.points_mm[:, 1].reshape(grid.counts)
+    beside = (x - apart_mm * math.cos(angle)) ** 2 + (y - apart_mm * math.sin(angle)) ** 2
+    both = np.exp(-(x**2 + y**2) / width_mm**2) + level * np.exp(-beside / 4)
+    expected_mm = 2 * width_mm * math.sqrt(math.log(math.sqrt(2)))
+    assert largest_chord_mm(grid, both) == pytest.approx(expected_mm, rel=0.03)
+
+
+def test_fringes_are_side_lobes_and_no_part_of_the_focus() -> None:
+    """At A, 0.5 m away, the xz plane has three fringes over the threshold: 17.8 mm across altogether."""
+    a_mm = np.array([302.0, 225.0, 500.0])
+    metrics = focus_metrics(two_units(75.0, a_mm), AIR, a_mm)
+    assert metrics.diameters_mm["xz"] == pytest.approx(8.4, abs=0.3)
+    assert metrics.depth_mm == pytest.approx(metrics.diameters_mm["xz"], abs=1)
+    lobes = metrics.side_lobes["xz"]
+    assert len(lobes) == 2
+    assert metrics.side_lobes["xy"] == ()
+    for lobe in lobes:
+        assert -1.51 < lobe.level_db < 0, "over 1 / sqrt 2"
+        # the fringes of two beams under 75 degrees are lambda / (2 sin 37.5) = 7.0 mm apart
+        assert lobe.distance_mm == pytest.approx(7.0, abs=0.6)
+    assert metrics.side_lobe_db == pytest.approx(max(lobe.level_db for lobe in lobes), abs=0.3)
 
 
 def test_a_field_that_does_not_arrive_is_told() -> None:

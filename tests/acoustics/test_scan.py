@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from autd_trials.acoustics.air import Air
 from autd_trials.acoustics.grid import Grid, box_grid
 from autd_trials.acoustics.reference import reference_pressure
-from autd_trials.acoustics.scan import Scan, compare_scan, read_scan, write_scan
+from autd_trials.acoustics.scan import Scan, compare_scan, read_scan, size_mm, write_scan
 from autd_trials.acoustics.sources import Medium, Sources
 from autd_trials.errors import UsageError
 
@@ -98,11 +98,11 @@ def test_what_is_written_for_a_robot_is_read_back(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("x_mm,y_mm,p_pa\n1,2,3\n", r"csv:1: the columns z_mm are missing; there are x_mm, y_mm, p_pa"),
-        ("", "the columns x_mm, y_mm, z_mm, p_pa are missing; there are none"),
+        ("", r"csv:1: the scan is empty"),
         ("x_mm,y_mm,z_mm,p_pa\n1,2,3,4\n1,2,x,4\n", r"csv:3: z_mm is 'x'"),
         ("x_mm,y_mm,z_mm,p_pa\n1,2,3,nan\n", r"csv:2: p_pa is 'nan'"),
-        ("x_mm,y_mm,z_mm,p_pa\n1,2,3\n", r"csv:2: p_pa is None"),
-        ("x_mm,y_mm,z_mm,p_pa\n1,2,3,-4\n", r"csv:2: p_pa is negative"),
+        ("x_mm,y_mm,z_mm,p_pa\n1,2,3\n", r"csv:2: 3 cells under 4 column names"),
+        ("x_mm,y_mm,z_mm,p_pa\n1,2,3,-4\n", r"csv:2: p_pa is -4, but must be at least 0"),
         ("x_mm,y_mm,z_mm,p_pa\n1,2,3,4\n", "the scan has 1 points"),
     ],
 )
@@ -111,6 +111,53 @@ def test_a_bad_scan_is_told_with_its_line(tmp_path: Path, text: str, message: st
     path.write_text(text)
     with pytest.raises(UsageError, match=message):
         read_scan(path)
+
+
+def scan_file(folder: Path, rows: list[str]) -> Path:
+    path = folder / "scan.csv"
+    path.write_text("\n".join(["x_mm,y_mm,z_mm,p_pa", *rows]) + "\n")
+    return path
+
+
+def test_a_scan_with_decimal_commas_is_refused_beside_commas_and_read_beside_semicolons(
+    tmp_path: Path,
+) -> None:
+    rows = [f"{300 + number},225,1000,{number},5" for number in range(12)]
+    with pytest.raises(UsageError, match=r"csv:2: 5 cells under 4 column names\n.*decimal point"):
+        read_scan(scan_file(tmp_path, rows))
+    path = tmp_path / "scan.csv"
+    path.write_text("x_mm;y_mm;z_mm;p_pa\n" + "".join(f"{300 + n};225;1000;{n},5\n" for n in range(12)))
+    assert read_scan(path).rms_pa.tolist() == [number + 0.5 for number in range(12)]
+
+
+@pytest.mark.parametrize("pressure", ["0", "1e-300", "5e-7"])
+def test_a_scan_in_which_nothing_was_heard_is_refused(tmp_path: Path, pressure: str) -> None:
+    rows = [f"{300 + number},225,1000,{pressure}" for number in range(12)]
+    with pytest.raises(UsageError, match="nothing was heard"):
+        read_scan(scan_file(tmp_path, rows))
+
+
+@pytest.mark.parametrize(("place", "message"), [("1e6", "at most 10000"), ("-10001", "at least -10000")])
+def test_a_scan_of_places_out_of_reach_is_refused(tmp_path: Path, place: str, message: str) -> None:
+    rows = [f"{300 + number},225,1000,1" for number in range(11)]
+    with pytest.raises(UsageError, match=rf"csv:13: z_mm is .*, but must be {message}"):
+        read_scan(scan_file(tmp_path, [*rows, f"300,225,{place},1"]))
+
+
+def test_a_scan_that_is_too_wide_to_predict_is_refused_before_the_field_is_computed() -> None:
+    corners = np.array(list(np.ndindex(2, 2, 2, 2)))[:, :3] * 9000.0
+    with pytest.raises(UsageError, match=r"spans \d+ x \d+ x \d+ mm"):
+        compare_scan(Scan(corners, np.ones(16)), focused_board(), MEDIUM)
+
+
+def test_the_size_of_many_points_is_that_of_all_pairs() -> None:
+    from scipy.spatial.distance import pdist
+
+    generator = np.random.default_rng(4)
+    for stretch in ((1, 1, 1), (1, 5, 0.1), (0, 0, 3)):
+        points_mm = generator.normal(size=(1500, 3)) * stretch
+        largest_mm = pdist(points_mm).max()
+        assert 0.997 * largest_mm <= size_mm(points_mm, np.ones(1500)) <= largest_mm * (1 + 1e-12)
 
 
 def test_a_missing_scan_and_one_in_a_single_place(tmp_path: Path) -> None:

@@ -9,13 +9,14 @@ from matplotlib.collections import LineCollection, PathCollection
 from analysis.all_figures import save_figures
 from analysis.psychometric_figure import draw_psychometric
 from analysis.study import Results, analyse
+from analysis.style import figure_style, save_figure
 from autd_trials.testing.recorded import StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 
 
-@pytest.fixture
-def results(chest: StudyWriter) -> Results:
-    return analyse(chest.folder)
+@pytest.fixture(scope="module")
+def results(recorded_chest: Path) -> Results:
+    return analyse(recorded_chest)
 
 
 def test_a_panel_for_each_clothing_shows_every_rate_with_its_number_of_trials(results: Results) -> None:
@@ -65,9 +66,9 @@ def test_the_same_results_give_the_same_files(results: Results, tmp_path: Path) 
     one, other = tmp_path / "one", tmp_path / "other"
     for folder in (one, other):
         folder.mkdir()
-        (files,) = (
-            saved.files for saved in save_figures(results, folder) if saved.figure.name == "psychometric"
-        )
+        with figure_style():
+            figure = draw_psychometric(results, results.psychometric[0])
+            files = save_figure(figure, folder, "psychometric")
         assert [file.name for file in files] == ["psychometric.png", "psychometric.svg", "psychometric.pdf"]
     for file in one.iterdir():
         assert file.read_bytes() == (other / file.name).read_bytes()
@@ -85,7 +86,7 @@ def test_several_factors_have_a_figure_each(writer: StudyWriter, tmp_path: Path)
             person,
             lambda conditions, repetition: repetition < 4 * float(conditions["drive"] or 0),
         )
-    names = [saved.figure.name for saved in save_figures(analyse(writer.folder), tmp_path)]
+    names = [saved.figure.name for saved in save_figures(analyse(writer.folder), tmp_path, ("svg",))]
     assert names == ["rates", "psychometric_modulation_hz", "psychometric_drive", "timing"]
 
 

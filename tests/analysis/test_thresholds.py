@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from analysis.design import Design, StudyFactor
-from analysis.study import analyse
+from analysis.study import Results, analyse
 from analysis.threshold_comparisons import compared_thresholds
 from analysis.thresholds import Threshold, over_participants, thresholds
 from analysis.trials import Trials, read_trials
@@ -82,6 +82,12 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "chest-threshold"
 
 
+@pytest.fixture(scope="module")
+def results(study: Path) -> Results:
+    """Its results."""
+    return analyse(study)
+
+
 def true_db(start: SessionStart, hz: float) -> float:
     """Return the drive in dB at which a simulated participant's stimulus is felt half the time, by the model.
 
@@ -100,14 +106,13 @@ def true_db(start: SessionStart, hz: float) -> float:
     return 10 * math.log10(force_mn / (FULL_DRIVE_FORCE_MN * 10 ** (traits.inner_loss_db / 10)))
 
 
-def test_simulated_peoples_thresholds_are_found(study: Path) -> None:
+def test_simulated_peoples_thresholds_are_found(study: Path, results: Results) -> None:
     """Within 3 of the posterior's standard deviations in every track, and without bias over them.
 
     A Weibull function is fitted to a normal one with a guess rate of its own, so a small bias is allowed.
     """
     from analysis.sessions import read_sessions
 
-    results = analyse(study)
     starts = {session.start.participant: session.start for session in read_sessions(study)[0]}
     errors = []
     for found in results.thresholds:
@@ -123,8 +128,7 @@ def test_simulated_peoples_thresholds_are_found(study: Path) -> None:
             assert true_db(starts[found.participant], 50.0) > -2
 
 
-def test_the_studys_rates_are_not_compared_and_it_says_why(study: Path) -> None:
-    results = analyse(study)
+def test_the_studys_rates_are_not_compared_and_it_says_why(results: Results) -> None:
     assert not results.comparisons
     assert not results.interactions
     assert not results.order_effects

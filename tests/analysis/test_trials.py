@@ -154,7 +154,7 @@ def test_a_trial_that_is_complete_twice_is_refused_with_its_lines(chest: StudyWr
     table = chest.paths("05").events
     lines = table.read_text().splitlines()
     table.write_text("\n".join([*lines, lines[7]]) + "\n", encoding="utf-8")
-    with pytest.raises(UsageError, match="trial 7 is complete twice, here and in line 8") as refused:
+    with pytest.raises(UsageError, match=r"trial 7 is complete twice, here and in .*:8") as refused:
         read_trials(chest.folder)
     assert refused.value.where == f"{table}:62"
 
@@ -169,11 +169,14 @@ def test_a_trial_that_is_complete_twice_is_refused_with_its_lines(chest: StudyWr
         (lambda text: text.replace("\tcomplete\t", "\tdone\t", 1), "trial_status is 'done'"),
         (lambda text: text.replace("\tstimulus\t1\t", "\tstimulus\tone\t", 1), "trial is 'one'"),
         (lambda text: text.replace("\t0.401\t", "\tnan\t", 1), "response_time is 'nan'"),
-        (lambda text: text.replace("\tclothing", "\tclothes", 1), "lacks the column(s) clothing"),
+        (lambda text: text.replace("\tclothing", "\tclothes", 1), "the columns clothing are missing"),
         (lambda text: text.replace("\tinner\t", "\tinner ", 1), "23 cells under 24 column names"),
-        (lambda text: text.replace("\tattempt", "\tclothing", 1), "the column(s) clothing are there twice"),
-        (lambda text: "", "lacks the column(s)"),
-        (lambda text: "onset\x00", "lacks the column(s)"),
+        (
+            lambda text: text.replace("\tattempt", "\tclothing", 1),
+            "more than once: clothing",
+        ),
+        (lambda text: "", "the trial table is empty"),
+        (lambda text: "onset\x00", "control character"),
     ],
 )
 def test_a_damaged_table_is_refused_with_its_place(
@@ -190,7 +193,7 @@ def test_a_damaged_table_is_refused_with_its_place(
 
 def test_a_table_that_is_no_text_is_refused(chest: StudyWriter) -> None:
     table = chest.paths("01").events
-    table.write_bytes(b"\xff\xfe\x00\x01")
+    table.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(UsageError, match="cannot be read"):
         read_trials(chest.folder)
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -11,6 +12,9 @@ from hypothesis import strategies as st
 from autd_trials.array.driver import Stimulus
 from autd_trials.array.envelope import LARGEST_BUFFER, amplitude, samples
 from autd_trials.errors import UsageError
+
+LENGTH_ROUNDING = 1e-6
+"""Of a sample: a length is taken for the whole number of samples that it is this close to."""
 
 MakeStimulus = Callable[..., Stimulus]
 
@@ -35,16 +39,22 @@ def test_any_burst_ends_at_zero_fits_the_buffer_and_lasts_as_long_as_asked(stimu
     played = samples(stimulus)
     assert played[-1] == 0
     assert 2 <= len(played) <= LARGEST_BUFFER
-    assert len(played) == 2 or 0 <= len(played) / 4000 - stimulus.duration_s < 1 / 4000 + 1e-9
+    periods = stimulus.duration_s * 4000
+    assert len(played) == 2 or periods - LENGTH_ROUNDING <= len(played) < periods + 1 + LENGTH_ROUNDING
 
 
 @given(stimuli())
 def test_samples_are_the_ideal_envelope_at_the_ends_of_their_periods(stimulus: Stimulus) -> None:
     played = samples(stimulus)[:-1] / 255
     ideal = amplitude(stimulus, np.arange(1, len(played) + 1) / 4000)
-    if stimulus.waveform != "square":  # whose edges may fall on a sample
-        np.testing.assert_allclose(played, ideal, atol=0.5 / 255 + 1e-9)
-    assert np.mean(np.abs(played - ideal)) < 0.01
+    np.testing.assert_allclose(played, ideal, atol=0.5 / 255 + 1e-9)
+
+
+@pytest.mark.parametrize("duration_s", [0.1, 0.10000000000000002, 0.09999999999999999, 1 / 3, 0.7, 16.0])
+def test_rounding_of_a_length_costs_no_sample(make_stimulus: MakeStimulus, duration_s: float) -> None:
+    assert len(samples(make_stimulus(duration_s=duration_s))) == math.ceil(
+        round(Fraction(duration_s) * 4000, 6)
+    )
 
 
 @given(stimuli(), st.floats(-100, 100))

@@ -92,6 +92,9 @@ class GoesOn:
     def confirm_block(self, block: PlannedBlock) -> None:
         """Nobody wears anything."""
 
+    def confirm_known(self, summary: str) -> None:
+        """Nobody knows."""
+
     def confirm_resume(self, summary: str) -> None:
         """Go on."""
 
@@ -105,7 +108,7 @@ class SlowDisk:
     def __init__(self) -> None:
         self.slow = False
         self._fsync = os.fsync
-        os.fsync = self.fsync
+        setattr(os, "fsync", self.fsync)  # noqa: B010 - of a narrower type
 
     def fsync(self, descriptor: Any) -> None:
         if self.slow:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from autd_trials.calibration.joint import SensorNoise
 from autd_trials.calibration.rigid import RigidMotion
+from autd_trials.calibration.sensor_model import SensorNoise
 from autd_trials.calibration.track import Track
 
 Points = NDArray[np.float64]

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import protocols
 from autd_trials.array.geometry import UnitPose, transducer_positions_mm
 from autd_trials.calibration.file import load_calibration
 from autd_trials.errors import UsageError
+from autd_trials.yamlfile.shipped import find_file
 
-SHIPPED = Path(protocols.__path__[0], "rigs", "emulated-calibration.yaml")
+SHIPPED = find_file("emulated-calibration", kind="calibration", folder="rigs")
 TARGET_MM = np.array([302.0, 225.0, 1000.0])
 
 

@@ -1,5 +1,6 @@
 """From tracks to a calibration: mounts, covariances, the energy that is promised."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -14,10 +15,13 @@ from autd_trials.calibration.file import Calibration, load_calibration, write_ca
 from autd_trials.calibration.pose_error import energy_left
 from autd_trials.calibration.report import report, report_text
 from autd_trials.calibration.rigid import RigidMotion
-from autd_trials.calibration.solve import Settings, Solution, calibrate
+from autd_trials.calibration.settings import Settings
+from autd_trials.calibration.solve import Solution, calibrate
+from autd_trials.calibration.track import Track
 from autd_trials.errors import UsageError
 from tests.calibration.scenes import Scene, record, scene
 
+TRUSTED = Settings(range_bias=False, range_scale_sd=0.0)
 TIME = datetime(2026, 11, 24, tzinfo=UTC)
 MOUNTS = [
     RigidMotion(
@@ -31,7 +35,7 @@ MOUNTS = [
 
 def solved(around: Scene, seed: int = 1, settings: Settings | None = None, bias_mm: float = 0) -> Solution:
     tracks = record(around, 0.5, 15, np.random.default_rng(seed), clock_offset_s=0.02, bias_mm=bias_mm)
-    chosen = settings or Settings(seed=seed)
+    chosen = settings or replace(TRUSTED, seed=seed)
     return calibrate(tracks, chosen, time=TIME, air=Air(), mounts=MOUNTS)
 
 
@@ -110,18 +114,40 @@ def test_the_same_tracks_and_seed_give_the_same_calibration() -> None:
     assert solved(scene(0, 80)).calibration == solved(scene(0, 80)).calibration
 
 
-def test_range_biases_that_nobody_asked_for_are_warned_of_and_found() -> None:
+def test_range_biases_are_corrected_and_an_unseen_scale_takes_from_the_promise() -> None:
     around = scene(0, 60)
-    blind = solved(around, bias_mm=20, settings=Settings(range_bias=False))
-    assert any("errors of the sensors' ranges (unit 1 +" in warning for warning in blind.warnings)
-    asked = solved(around, bias_mm=20)
+    asked = solved(around, bias_mm=20, settings=Settings())
     error = asked.calibration.units[1].range_error
     assert error is not None
     assert error.bias_mm == pytest.approx(20, abs=4 * error.bias_sd_mm)
     assert np.linalg.norm(pose_error(asked, around)[:3]) < 3
-    assert any("only a wand" in warning for warning in asked.warnings)
-    right = solved(around, settings=Settings(range_bias=False))
-    assert not any("range" in warning for warning in right.warnings)
+    assert any("this is corrected (unit 1 +" in warning for warning in asked.warnings)
+    assert any("a wand of known length" in warning for warning in asked.warnings)
+    trusted = solved(around)
+    assert not any("range" in warning for warning in trusted.warnings)
+    assert trusted.calibration.units[1].range_error is None
+    energies = [each.calibration.predicted_energy for each in (solved(around, settings=Settings()), trusted)]
+    assert energies[0] is not None
+    assert energies[1] is not None
+    assert energies[0].low < 0.8 < energies[1].low
+
+
+def test_frames_without_a_viewpoint_are_declared_or_found_out() -> None:
+    tracks = record(scene(0, 80), 0.5, 15, np.random.default_rng(4))
+    shifted = Track(
+        "unit 2", tracks[1].time_s, tracks[1].points_mm - [0, 0, 1200]
+    )  # as motion capture has it
+    found_out = calibrate([tracks[0], shifted], Settings(), time=TIME, air=Air())
+    assert any("unit 2 lie all around the origin" in warning for warning in found_out.warnings)
+    declared = calibrate([tracks[0], shifted], Settings(viewpoint=(True, False)), time=TIME, air=Air())
+    assert not any("all around" in warning for warning in declared.warnings)
+    for solution in (found_out, declared):
+        assert solution.calibration.settings["viewpoint of unit 1"] is True
+        assert solution.calibration.settings["viewpoint of unit 2"] is False
+        assert solution.calibration.predicted_energy is None
+        assert solution.calibration.units[1].range_error is None
+    with pytest.raises(UsageError, match="viewpoints are given for 3 units, there are 2"):
+        calibrate(tracks, Settings(viewpoint=(True,) * 3), time=TIME, air=Air())
 
 
 def test_the_papers_method_knows_no_covariance_and_promises_no_energy() -> None:
@@ -161,10 +187,10 @@ def test_sensors_without_mounts_are_warned_of() -> None:
 
 def test_a_repeated_error_makes_the_covariance_larger() -> None:
     tracks = record(scene(0, 80), 0.5, 20, np.random.default_rng(1))
-    steady = calibrate(tracks, Settings(), time=TIME, air=Air(), mounts=MOUNTS)
+    steady = calibrate(tracks, TRUSTED, time=TIME, air=Air(), mounts=MOUNTS)
     slow_mm = np.cumsum(np.random.default_rng(2).normal(0, 1, (len(tracks[1].time_s), 3)), axis=0) * 0.3
     slow_mm -= slow_mm.mean(axis=0)
     tracks[1].points_mm[:] += slow_mm
-    wandering = calibrate(tracks, Settings(), time=TIME, air=Air(), mounts=MOUNTS)
+    wandering = calibrate(tracks, TRUSTED, time=TIME, air=Air(), mounts=MOUNTS)
     variances = [np.array(each.calibration.units[1].covariance)[0, 0] for each in (steady, wandering)]
     assert variances[1] > 3 * variances[0]

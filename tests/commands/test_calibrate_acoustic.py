@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-import protocols
+from autd_trials.yamlfile.shipped import find_file
 from tests.commands.conftest import Run
 
-SHIPPED = Path(protocols.__path__[0], "rigs", "emulated-calibration.yaml")
+SHIPPED = find_file("emulated-calibration", kind="calibration", folder="rigs")
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ Data = dict[str, Any]
 def make_real(rig: Data, calibration: Data) -> None:
     rig["array"]["link"] = {"interface": "nosuchnic0"}
     rig["array"]["limits"]["largest_ear_level_db"] = 100
-    calibration["made_up"] = False
+    calibration |= {"made_up": False, "origin": "measured", "taken": datetime.now(UTC).isoformat()}
 
 
 def break_rotation(_rig: Data, calibration: Data) -> None:
@@ -275,3 +276,20 @@ def _child(parent: int, module: str) -> int:
         if int(status[1]) == parent and module in command:
             return int(path.name)
     raise AssertionError(f"{module} does not run")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize("command", [["plan", "chest"], ["schema", "protocol"], ["devices", "--json"]])
+def test_a_full_disk_behind_the_output_is_told(command: list[str]) -> None:
+    code = "import sys; from autd_trials.cli import main; sys.exit(main())"
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-c", code, *command],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert "standard output: the result cannot be written" in done.stderr
+    assert "Traceback" not in done.stderr

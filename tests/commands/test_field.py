@@ -6,6 +6,7 @@ import pytest
 
 from autd_trials.cli import main
 from autd_trials.yamlfile.shipped import find_file
+from tests.calibration.full_disk import largest_file
 
 B = "302,225,1000"
 COARSE = ["--width-mm", "60", "--step-mm", "2"]
@@ -28,6 +29,29 @@ def test_the_papers_foci_are_the_default_and_have_its_sizes(
     assert all(focus["shift_mm"] < 1 and focus["energy_left"] == 1 for focus in report["foci"])
     assert (tmp_path / "out" / "field.png").stat().st_size > 10_000
     assert "upper bound" in capsys.readouterr().err
+
+
+def test_fringes_beside_the_focus_are_told_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (focus,) = field(tmp_path, "--focus", "302,225,500")["foci"]
+    assert max(focus["diameters_mm"].values()) < 9
+    assert {plane: len(lobes) for plane, lobes in focus["side_lobes"].items()} == {"xy": 0, "xz": 2, "yz": 2}
+    assert "(beside it side lobes of up to -0." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["a-file", "a-file/below", "d" * 300])
+def test_a_folder_that_cannot_be_made_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    (tmp_path / "a-file").write_text("of somebody")
+    assert main(["field", "--focus", B, *COARSE, "--out", str(tmp_path / name)]) == 2
+    assert "the folder for pictures cannot be made" in capsys.readouterr().err
+    assert (tmp_path / "a-file").read_text() == "of somebody"
+
+
+def test_a_full_disk_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with largest_file(5000):
+        assert main(["field", "--focus", B, *COARSE, "--out", str(tmp_path / "out")]) == 4
+    assert "the disk does not take this" in capsys.readouterr().err
 
 
 def test_linear_theory_is_called_an_upper_bound_in_json_and_figure(tmp_path: Path) -> None:
@@ -85,6 +109,9 @@ def test_json_is_one_object_on_stdout(tmp_path: Path, capsys: pytest.CaptureFixt
         (["--focus", B, "--measured", "none.csv"], "cannot be read"),
         (["--focus", B, "--calibration", "none.yaml"], "no such file"),
         (["--focus", B, "--step-mm", "0"], "positive lengths"),
+        (["--focus", B, "--width-mm", "inf"], "positive lengths"),
+        (["--focus", B, "--step-mm", "1e-9"], "points"),
+        (["--focus", B, "--width-mm", "1e9"], "points"),
         (["--rig", "emulatd"], "did you mean"),
     ],
 )

@@ -1,15 +1,15 @@
 """A live session on the firmware emulator, typed into by a person at a (pseudo-)terminal."""
 
 import re
-import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pexpect
 import pytest
 
-from tests.commands.conftest import RUN_PROTOCOL, WriteProtocol, events, of
-from tests.commands.test_run import of_or_none
+from tests.commands.conftest import RUN_PROTOCOL, Run, WriteProtocol, events, of
+from tests.commands.test_run import of_or_none, wait_for
 
 pytestmark = [pytest.mark.slow, pytest.mark.emulator]
 
@@ -121,16 +121,74 @@ def test_two_ctrl_c_abort_and_resume_asks_a_person(
     assert events(tmp_path)[-1]["status"] == "aborted", "nothing was added"
 
 
-def test_a_closed_terminal_window_leaves_a_session_that_can_be_gone_on_with(
+def test_no_means_not_yet_and_ctrl_c_at_the_first_questions_leaves_no_session(
+    sit_down: Person, tmp_path: Path, write_protocol: WriteProtocol
+) -> None:
+    child = sit_down(write_protocol())
+    child.expect("Read out, and understood")
+    child.send("n")
+    child.expect("Waiting: y when it is so")
+    child.send("y")
+    child.expect("Is everything as it says")
+    child.sendintr()
+    child.expect("not confirmed")
+    child.expect(pexpect.EOF)
+    child.close()
+    assert child.exitstatus == 3
+    assert list(tmp_path.rglob("*.jsonl")) == []
+
+
+def test_a_closed_terminal_aborts_and_the_session_is_gone_on_with(
     sit_down: Person, tmp_path: Path, write_protocol: WriteProtocol
 ) -> None:
     child = sit_down(write_protocol())
     begin(child)
     wait_for_trial(child, tmp_path, 1)
-    child.kill(signal.SIGHUP)
-    child.expect([r"PAUSED", pexpect.EOF])
-    child.close(force=True)
-    assert {e["status"] for e in of("trial-end", tmp_path)} <= {"complete", "interrupted"}
+    terminal: Any = child
+    terminal.ptyproc.fileobj.close()  # the window is closed: the system sends SIGHUP, and writing fails
+    terminal.closed = terminal.ptyproc.closed = True
+    wait_for(lambda: of_or_none("session-end", tmp_path))
+    end = events(tmp_path)[-1]
+    assert (end["status"], end["why"]) == ("aborted", "the terminal was closed")
+    again = sit_down(write_protocol(), "--resume")
+    again.expect("aborted: the terminal was closed")
+    again.expect("willing to go on")
+    again.send("y")
+    again.expect("Read out, and understood")
+
+
+def test_a_known_id_is_asked_about_and_no_leaves_no_second_session(
+    sit_down: Person, run: Run, tmp_path: Path, write_protocol: WriteProtocol
+) -> None:
+    protocol = write_protocol()
+    assert run("run", protocol, "--simulate", 1, "--participant", "p", "--data", tmp_path).code == 0
+    child = sit_down(protocol, "--participant", "p")
+    child.expect(r"participant p has 1 session\(s\) in this study already")
+    child.expect("Is this the same person")
+    child.send("n")
+    child.expect("not confirmed")
+    child.expect(pexpect.EOF)
+    child.close()
+    assert child.exitstatus == 3
+    assert len(list(tmp_path.rglob("*_log.jsonl"))) == 1
+
+
+@pytest.mark.parametrize("yes", [True, False])
+def test_the_abort_key_stops_in_mid_stimulus_also_without_anybody_to_confirm(
+    sit_down: Person, tmp_path: Path, write_protocol: WriteProtocol, yes: bool
+) -> None:
+    protocol = write_protocol(lambda data: data["timing"].update(pause_min_s=3, pause_max_s=3))
+    child = sit_down(protocol, *(["--yes"] if yes else []))
+    if not yes:
+        begin(child)
+    child.expect("a: ABORT")
+    wait_for_trial(child, tmp_path, 1)
+    child.send("a")
+    child.expect("aborted by the experimenter")
+    child.expect(pexpect.EOF)
+    child.close()
+    assert child.exitstatus == 3
+    assert events(tmp_path)[-1]["status"] == "aborted"
 
 
 def test_unblind_shows_the_condition(sit_down: Person, write_protocol: WriteProtocol) -> None:

@@ -182,7 +182,8 @@ def test_signals_abort_an_unattended_session_at_once(
     import signal
 
     process = start(write_protocol(), "--simulate", 1, "--real-time", "--data", tmp_path)
-    wait_for(lambda: len(of_or_none("stimulus", tmp_path)) == 1)
+    wait_for(lambda: process.poll() is not None or of_or_none("stimulus", tmp_path))
+    assert process.poll() is None, process.communicate()[1]
     process.send_signal(getattr(signal, signal_name))
     _, err = process.communicate(timeout=30)
     assert process.returncode == 3, err

@@ -9,10 +9,10 @@ import pytest
 from scipy import stats
 
 from autd_trials.clock import RealClock, VirtualClock
-from autd_trials.errors import UsageError
 from autd_trials.participants.simulated import SimulatedParticipant
 from autd_trials.participants.traits import PREDICTED_FORCE_MN, ParticipantTraits
-from autd_trials.protocol.plan import Plan, PlannedBlock
+from autd_trials.protocol.plan import Plan, PlannedTrial
+from autd_trials.protocol.schema import StimulusSpec
 from autd_trials.responses.responder import Presentation
 
 EAGER = ParticipantTraits(threshold_offset_db=0.0, inner_loss_db=-1.0, outer_loss_db=-1.0, criterion=-1000.0)
@@ -131,22 +131,36 @@ def test_catch_trials_need_no_clothing() -> None:
 
 
 @pytest.mark.parametrize("level", ["outer_only", "Inner", "", 2.0])
-def test_unknown_clothing_is_refused_and_not_guessed(level: float | str) -> None:
+def test_unknown_clothing_is_felt_as_bare_skin(level: float | str) -> None:
+    pressed = []
+    for clothing in (level, None):
+        participant = SimulatedParticipant(virtual_clock(), seed=1, place=1, session=1)
+        participant.open()
+        for trial in range(1, 50):
+            participant.present(shown(trial, 0.0, clothing=clothing))
+        pressed.append(participant.read(100.0))
+    assert pressed[0] == pressed[1]
+    assert pressed[0]
+
+
+def test_unknown_clothing_of_a_plan_is_said() -> None:
+    trials = [
+        PlannedTrial(
+            trial=number,
+            block=1,
+            trial_type="stimulus",
+            conditions={"clothing": clothing},
+            stimulus=StimulusSpec(duration_s=1.0, modulation_hz=50.0, target="chest"),
+            pause_before_s=1.0,
+        )
+        for number, clothing in enumerate(("inner_outer", "coat", 2.0, None), start=1)
+    ]
+    plan = Plan(protocol="p", place=1, session=1, seed=1, blocks=(), trials=tuple(trials))
     participant = SimulatedParticipant(virtual_clock(), seed=1, place=1, session=1)
-    participant.open()
-    with pytest.raises(UsageError, match="one of inner, inner_outer"):
-        participant.present(shown(1, 0.0, clothing=level))
-
-
-def test_plan_is_checked_before_the_session() -> None:
-    def plan(clothing: str) -> Plan:
-        block = PlannedBlock(block=1, conditions={"clothing": clothing}, descriptions=())
-        return Plan(protocol="p", place=1, session=1, seed=1, blocks=(block,), trials=())
-
-    participant = SimulatedParticipant(virtual_clock(), seed=1, place=1, session=1)
-    participant.check(plan("inner_outer"))
-    with pytest.raises(UsageError, match="'coat'"):
-        participant.check(plan("coat"))
+    remarks = participant.remarks(plan)
+    assert len(remarks) == 2
+    assert "clothing 2.0 lets through" in remarks[0]
+    assert "clothing coat lets through" in remarks[1]
 
 
 def test_other_words_for_clothing_can_be_given() -> None:

@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
 from autd_trials.protocol.method import Range, Staircase
 from autd_trials.protocol.plan import make_plan
@@ -100,11 +99,7 @@ def test_a_burst_that_holds_no_period_at_some_level_is_refused(refuse: Refuse) -
 def test_levels_are_evenly_spaced_in_ratio_and_keep_their_ends(
     smallest: float, ratio: float, levels: int
 ) -> None:
-    try:
-        values = Range(smallest=smallest, largest=smallest * ratio, levels=levels).values
-    except ValidationError:
-        assert ratio ** (1 / (levels - 1)) < 1 + 1e-4
-        return
+    values = Range(smallest=smallest, largest=smallest * ratio, levels=levels).values
     assert (values[0], values[-1], len(values)) == (smallest, smallest * ratio, levels)
     steps = [above / below for below, above in itertools.pairwise(values)]
     assert steps == pytest.approx([ratio ** (1 / (levels - 1))] * len(steps), rel=2e-5)

@@ -151,7 +151,7 @@ def test_the_largest_block_is_planned(load: Load) -> None:
         data["order"]["max_run_length"] = 1
         data["repetitions"] = 18
         data["catch_trials_per_block"] = 50
-        data["safety"] |= {"session_exposure_s": 36000}
+        data["safety"] |= {"session_exposure_s": 36000, "daily_exposure_s": 36000}
         data["comparisons"] = []
 
     plan = make_plan(load(change), place=7, session=1, seed=1)

@@ -6,6 +6,7 @@ import pytest
 from autd_trials.protocol.load import find_protocol, load_protocol
 from autd_trials.protocol.plan import make_plan
 from autd_trials.protocol.schema import Protocol
+from autd_trials.records.trials_table import trial_columns
 from tests.protocol.conftest import Load, Refuse
 
 Data = dict[str, Any]
@@ -94,7 +95,7 @@ MISTAKES = [
     ),
     (
         set_in("factors", "between_blocks", "clothing", "levels")(["None", "inner"]),
-        "would be read from a table as a missing",
+        "levels[0]: 'None' would be read as a missing value",
     ),
     (set_in("factors", "between_blocks", "clothing", "levels")([]), "levels: is a list of 0"),
     (set_in("order", "max_run_of")("modulation_hz"), "order.max_run_of: max_run_of needs max_run_length"),
@@ -117,6 +118,10 @@ MISTAKES = [
     (set_in("safety", "longest_burst_s")(0.5), "the burst of 1 s is over safety.longest_burst_s (0.5)"),
     (set_in("safety", "largest_duty")(0.2), "make a duty of 0.25, which is over 0.2"),
     (set_in("safety", "session_exposure_s")(59), "sum up to 60 s at full drive, which is over 59"),
+    (
+        set_in("safety", "daily_exposure_s")(59),
+        "safety.daily_exposure_s: the session's stimuli sum up to 60 s",
+    ),
     (set_in("comparisons", 0, "factor")("cloth"), "comparisons[0].factor: there is no factor 'cloth'"),
     (set_in("comparisons", 0, "at_each")("clothing"), "cannot be compared at each of its own levels"),
     (
@@ -212,3 +217,32 @@ def test_all_quantities_carry_their_units_in_their_names() -> None:
             kinds = {field.get("type")} | {option.get("type") for option in field.get("anyOf", ())}
             if kinds & {"number", "integer"}:
                 assert name in plain or name.endswith(units) or name in in_a_factors_unit, name
+
+
+def test_a_small_level_keeps_its_sentence_however_it_is_spelled(load: Load) -> None:
+    for key in ("0.00005", "5e-05", "5.0E-5"):
+        depth = {"levels": [5e-05, 0.5], "describe": {key: "hardly any", "0.50": "half"}}
+
+        def change(data: Data, depth: object = depth) -> None:
+            data["factors"]["within_block"] = {"depth": depth}
+            data["comparisons"] = []
+
+        protocol = load(change)
+        factor = protocol.factors.within_block["depth"]
+        assert factor.describe == {"0.00005": "hardly any", "0.5": "half"}
+        (column,) = [each for each in trial_columns([protocol]) if each.name == "depth"]
+        assert column.levels == factor.describe
+
+
+def test_a_level_described_twice_or_that_is_none_is_refused(refuse: Refuse) -> None:
+    levels = set_in("factors", "within_block", "modulation_hz", "describe")
+    assert "the level 25 is described twice" in refuse(levels({"25": "slow", "25.0": "slow"}))
+    assert "there is no level '0.000005'; allowed: 25, 50, 100" in refuse(levels({"5e-06": "slow"}))
+
+
+@pytest.mark.parametrize(
+    "name", ["rate", "felt", "trials", "notes", "used", "participants", "interval", "mean"]
+)
+def test_no_factor_is_called_as_a_column_of_the_results(refuse: Refuse, name: str) -> None:
+    change = set_in("factors", "between_blocks", name)({"levels": ["a", "b"]})
+    assert f"{name!r} is a column of the tables already" in refuse(change)

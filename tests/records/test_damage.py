@@ -1,5 +1,6 @@
 """Damaged lines are damaged lines everywhere: counted, told, never a traceback."""
 
+import contextlib
 import json
 import tempfile
 from datetime import UTC, datetime
@@ -10,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from autd_trials.errors import TrialsError
+from autd_trials.errors import UsageError
 from autd_trials.records.bids import export_study
 from autd_trials.records.chain import Head, Line, split_lines
 from autd_trials.records.history import unfinished_sessions, used_before
@@ -121,7 +122,5 @@ def test_what_is_no_log_at_all_is_refused_in_words(content: bytes) -> None:
         path.write_bytes(content)
         verify_study(study)
         for use in (study_sessions, export_study, lambda study: place_of(study, "02", simulated=False)):
-            try:
+            with contextlib.suppress(UsageError):
                 use(study)
-            except TrialsError as error:
-                assert error.exit_code == 2

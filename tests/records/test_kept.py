@@ -30,13 +30,10 @@ def add_people(study: Path) -> None:
     sidecar.write_text(json.dumps(about), encoding="utf-8")
     readme = study / "README.md"
     text = readme.read_text(encoding="utf-8")
-    readme.write_text(
-        text.replace("## Array\n", "The room was cold.\n\n## Array\n") + "\nAsk Ann.\n", encoding="utf-8"
-    )
-    (study / "CHANGES").write_text(
-        (study / "CHANGES").read_text(encoding="utf-8") + "  - Consent forms were scanned.\n",
-        encoding="utf-8",
-    )
+    text = text.replace("## Array\n", "The room was cold.\n\n## Array\n") + "\nAsk Ann.\n"
+    readme.write_text(text, encoding="utf-8")
+    with (study / "CHANGES").open("a", encoding="utf-8") as changes:
+        changes.write("  - Consent forms were scanned.\n")
     description = study / "dataset_description.json"
     about = json.loads(description.read_text(encoding="utf-8"))
     description.write_text(

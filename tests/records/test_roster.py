@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from autd_trials.errors import UsageError
+from autd_trials.errors import DeviceError, UsageError
 from autd_trials.host import HeldFile
 from autd_trials.records.layout import source_folder
 from autd_trials.records.log import EventLog
@@ -96,18 +96,22 @@ def test_a_known_participant_is_described(study: Path) -> None:
 
 
 def test_a_lock_that_is_taken_away_is_noticed(study: Path) -> None:
-    with pytest.raises(Exception, match="lock was removed or replaced"), study_lock(study):
-        (source_folder(study) / ".lock").unlink()
+    def take_it_away() -> None:
+        with study_lock(study):
+            (source_folder(study) / ".lock").unlink()
+
+    with pytest.raises(DeviceError, match="lock was removed or replaced"):
+        take_it_away()
     with study_lock(study):
-        pass
+        assert place_of(study, "01", simulated=False) == 1
 
 
 def test_a_held_file_that_was_removed_is_not_held_any_more(tmp_path: Path) -> None:
     path = tmp_path / "lock"
     held = HeldFile(path)
-    assert held.intact
+    before = held.intact
     path.unlink()
-    assert not held.intact
+    assert (before, held.intact) == (True, False)
     other = HeldFile(path)
     assert other.intact
     other.release()

@@ -96,7 +96,7 @@ def test_version_1_is_read_and_checked_without_a_chain(tmp_path: Path) -> None:
     assert len(found(study)) >= 2, "the register and the presses both say so"
 
 
-# --- random edits --------------------------------------------------------------------------------------------
+# --- random edits
 
 
 def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[tuple[Any, ...], Any]]:
@@ -124,7 +124,7 @@ def edit_a_value(lines: list[bytes], draw: random.Random) -> list[bytes]:
     number = draw.choice([0, *range(len(lines))])
     line = Line.parse(lines[number])
     if line.chain is None:
-        return lines[:number] + [lines[number] + b"x"] + lines[number + 1 :]
+        return [*lines[:number], lines[number] + b"x", *lines[number + 1 :]]
     event = json.loads(lines[number])
     path, value = draw.choice(list(leaves(event)))
     at = event
@@ -171,9 +171,8 @@ def cut_the_end(lines: list[bytes], draw: random.Random) -> list[bytes]:
 
 
 def put_in_a_line(lines: list[bytes], draw: random.Random) -> list[bytes]:
-    new = draw.choice(
-        [b"", b"{}", b"\xff\xfe", b'{"t_s":1.0,"utc":"2026-11-22T09:00:00+00:00","event":"note","text":""}']
-    )
+    note = b'{"t_s":1.0,"utc":"2026-11-22T09:00:00+00:00","event":"note","text":""}'
+    new = draw.choice([b"", b"{}", b"\xff\xfe", note])
     place = draw.randrange(len(lines))
     return [*lines[:place], new, *lines[place:]]
 
@@ -289,7 +288,7 @@ def test_500_random_edits_are_noticed(recorded: Path, tmp_path: Path) -> None:
     assert unnoticed(recorded, tmp_path, EDITS_IN_FULL) == []
 
 
-# --- edits after which somebody computed the chain again, with the register taken out -------------------------
+# --- edits after which somebody computed the chain again, with the register taken out
 
 
 def chained_again(log: Path, events: list[dict[str, Any]]) -> None:
@@ -335,15 +334,11 @@ def without_a_trial(events: list[dict[str, Any]]) -> None:
 
 def in_another_order(events: list[dict[str, Any]]) -> None:
     for event in events:
-        event["trial"] = (
-            {3: 4, 4: 3}.get(event.get("trial"), event.get("trial")) if "trial" in event else None
-        )
-    for event in events:
-        if event["trial"] is None and event["event"] != "response":
-            del event["trial"]
+        if event.get("trial") in (3, 4):
+            event["trial"] = 7 - event["trial"]
 
 
-def doubled_press(events: list[dict[str, Any]]) -> None:
+def without_a_press(events: list[dict[str, Any]]) -> None:
     press = next(number for number, event in enumerate(events) if event["event"] == "response")
     del events[press]
 
@@ -355,7 +350,7 @@ CHANGES: dict[str, Change] = {
     ).update(response="felt", response_time_s=0.5),
     "a faster answer": lambda events: felt_end(events).update(response_time_s=0.2),
     "an impossible answer": lambda events: felt_end(events).update(response_time_s=-999.0),
-    "a press taken out": doubled_press,
+    "a press taken out": without_a_press,
     "a faster press": lambda events: of("response", events)[0].update(response_time_s=0.2),
     "a press outside its window": lambda events: of("response", events)[0].update(phase="late"),
     "less drive": set_in("stimulus", drive=0.5),
@@ -414,7 +409,7 @@ def test_problems_have_their_places(study: Path) -> None:
     assert str(problem).startswith(f"{log.name}:7: ")
 
 
-# --- what people are told -------------------------------------------------------------------------------------
+# --- what people are told
 
 
 def flip(study: Path) -> None:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -14,7 +14,7 @@ from autd_trials.participants.simulated import SimulatedParticipant
 from autd_trials.participants.traits import ParticipantTraits
 from autd_trials.responses.box_protocols import BoxProtocol, LineProtocol, SingleByteProtocol, XidProtocol
 from autd_trials.responses.keyboard import KeyboardResponder
-from autd_trials.responses.responder import Presentation, Press, Responder
+from autd_trials.responses.responder import Input, Presentation, Press, Responder
 from autd_trials.responses.serial_box import SerialBox
 from autd_trials.terminal import Terminal
 from tests.conftest import PseudoTerminal
@@ -34,12 +34,12 @@ class Bench:
     press: Callable[[], None]
     unplug: Callable[[], None] | None = None
 
-    def read(self, duration_s: float) -> list[Press]:
+    def read(self, duration_s: float) -> Sequence[Input]:
         return self.responder.read(self.clock.now_s() + duration_s)
 
-    def read_all(self, count: int) -> list[Press]:
+    def read_all(self, count: int) -> list[Input]:
         """Read until `count` presses came, or nothing for a while."""
-        presses: list[Press] = []
+        presses: list[Input] = []
         while len(presses) < count and (new := self.read(SOON_S)):
             presses += new
         return presses
@@ -140,7 +140,9 @@ def test_press_ends_the_wait(bench: Bench) -> None:
     bench.press()
     (press,) = bench.read(600.0)
     assert before_s <= press.time_s <= bench.clock.now_s() < before_s + 100.0
+    assert isinstance(press, Press)
     assert press.button
+    assert press.felt
 
 
 def test_presses_are_frozen(bench: Bench) -> None:

@@ -1,9 +1,9 @@
 """The serial box over real pseudo-terminals."""
 
-import contextlib
 import itertools
 import os
 import tty
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from autd_trials.clock import RealClock
 from autd_trials.errors import DeviceError
+from autd_trials.inbox import MOST_ITEMS
 from autd_trials.responses.box_protocols import LineProtocol, SingleByteProtocol, XidProtocol
-from autd_trials.responses.responder import Press, Unreadable
+from autd_trials.responses.responder import Input, Press, Unreadable
 from autd_trials.responses.serial_box import SerialBox, ftdi_latency_s
 from tests.conftest import PseudoTerminal
 from tests.responses.conftest import XidPad
@@ -21,12 +22,25 @@ from tests.responses.conftest import XidPad
 SOON_S = 60.0
 
 
-def read_all(box: SerialBox, count: int) -> list[Press]:
+def read_inputs(box: SerialBox, done: Callable[[list[Input]], bool]) -> list[Input]:
+    """Read until `done`, or nothing came for a while."""
     clock = RealClock()
-    presses: list[Press] = []
-    while len(presses) < count and (new := box.read(clock.now_s() + SOON_S)):
-        presses += new
-    return presses
+    inputs: list[Input] = []
+    while not done(inputs) and (new := box.read(clock.now_s() + SOON_S)):
+        inputs += new
+    return inputs
+
+
+def presses_of(inputs: list[Input]) -> list[Press]:
+    return [each for each in inputs if isinstance(each, Press)]
+
+
+def unreadable_bytes(inputs: list[Input]) -> int:
+    return sum(int(each.what.split()[0]) for each in inputs if isinstance(each, Unreadable))
+
+
+def read_all(box: SerialBox, count: int) -> list[Press]:
+    return presses_of(read_inputs(box, lambda inputs: len(presses_of(inputs)) >= count))
 
 
 def test_presses_carry_arrival_and_device_time(line: PseudoTerminal) -> None:
@@ -56,76 +70,59 @@ def test_uncertainty_grows_with_the_time_on_the_line(line: PseudoTerminal) -> No
     )
 
 
-def test_presses_between_noise_all_come_in_order(line: PseudoTerminal) -> None:
+def test_thousands_of_presses_in_a_burst_between_noise_all_come_in_order(line: PseudoTerminal) -> None:
     box = SerialBox(line.name, LineProtocol(), RealClock())
     box.open()
     noise = bytes(range(14, 66))  # no line ends in it
-    line.send(b"".join(b"%b\r\nB1 %d\r\n" % (noise if n % 10 == 0 else b"", n) for n in range(40)))
-    presses = read_all(box, 40)
-    unreadable = box.unreadable()
+    line.send(b"".join(b"%b\r\nB1 %d\r\n" % (noise if n % 100 == 0 else b"", n) for n in range(5_000)))
+    inputs = read_inputs(box, lambda inputs: len(presses_of(inputs)) >= 5_000)
     box.close()
-    assert [press.device_time_s for press in presses] == [n / 1000 for n in range(40)]
-    assert all(first.time_s <= second.time_s for first, second in itertools.pairwise(presses))
-    assert len(unreadable) == 4
-    assert all("another baud" in each.what for each in unreadable)
+    assert [press.device_time_s for press in presses_of(inputs)] == [n / 1000 for n in range(5_000)]
+    assert all(first.time_s <= second.time_s for first, second in itertools.pairwise(inputs))
+    assert unreadable_bytes(inputs) == 50 * len(noise)
 
 
-@pytest.mark.parametrize("message", [b"B1 1\r\n", b"alive\n", b"\x80\x81\n"])
-def test_a_box_that_floods_is_read_no_further_and_nothing_is_dropped_untold(
-    line: PseudoTerminal, message: bytes
+def test_a_flood_is_a_loss_and_takes_no_more_memory(line: PseudoTerminal) -> None:
+    box = SerialBox(line.name, SingleByteProtocol(buttons={"A": "left"}), RealClock())
+    box.open()
+    line.send(b"A" * (MOST_ITEMS + 2_000))
+    inbox = box._inbox
+    while inbox.put([]):  # until it is full
+        RealClock().sleep_until(RealClock().now_s() + 0.001)
+    assert len(box.read(0.0)) == MOST_ITEMS
+    with pytest.raises(DeviceError, match="wait to be read"):
+        box.read(0.0)
+    box.close()
+
+
+@pytest.mark.parametrize(
+    "sent", [b"b1 12\r\n", b"B1,12\r\n", b"alive\r\n", b"B1 12", b"\x80\xfe\x01\x80\n", b"\x1b[2J\n"]
+)
+def test_what_the_protocol_does_not_know_is_said_in_printable_words(
+    line: PseudoTerminal, sent: bytes
 ) -> None:
     box = SerialBox(line.name, LineProtocol(), RealClock())
     box.open()
-    os.set_blocking(line.far, False)
-    with contextlib.suppress(BlockingIOError):  # the kernel's buffer fills once nobody reads
-        for _ in range(10_000):
-            line.send(message * 20)
-    came, told = 0, ""
-    while not told:
-        try:
-            came += len(box.read(RealClock().now_s() + SOON_S))
-        except DeviceError as lost:
-            told = str(lost)
-        came += len(box.unreadable())
+    line.send(sent)
+    (found,) = read_inputs(box, bool)
     box.close()
-    assert came == 50
-    assert "more than 50 messages in 1 s" in told
-    assert "that came are not recorded" in told
-    assert "look for a button" in told
+    assert isinstance(found, Unreadable)
+    assert found.may_be_answer
+    assert f"{len(sent.strip())} bytes that the box's protocol does not know: " in found.what
+    assert found.what.isprintable()
 
 
-def test_buttons_mean_what_is_declared(line: PseudoTerminal) -> None:
-    box = SerialBox(line.name, LineProtocol(), RealClock(), buttons={"B1": "felt", "B2": "not_felt"})
-    box.open()
-    line.send(b"B1\nB2\nB3\n")
-    assert [press.means for press in read_all(box, 3)] == ["felt", "not_felt", "undeclared"]
-    box.close()
-
-
-def test_the_only_button_means_felt_until_there_is_a_second_one(line: PseudoTerminal) -> None:
-    box = SerialBox(line.name, LineProtocol(), RealClock())
-    for _ in range(2):
-        box.open()
-        line.send(b"B1\nB1\nB2\nB1\n")
-        assert [p.means for p in read_all(box, 4)] == ["felt", "felt", "undeclared", "undeclared"]
-        box.close()
-
-
-def test_a_line_without_end_is_told(line: PseudoTerminal) -> None:
+def test_only_the_declared_buttons_mean_felt(line: PseudoTerminal) -> None:
     box = SerialBox(line.name, LineProtocol(), RealClock())
     box.open()
-    line.send(b"B1 250 ")
-    unreadable: list[Unreadable] = []
-    while not unreadable:
-        assert box.read(RealClock().now_s() + 0.05) == []
-        unreadable = box.unreadable()
+    line.send(b"B1\nB2\n")
+    assert [(press.button, press.felt) for press in read_all(box, 2)] == [("B1", True), ("B2", False)]
     box.close()
-    assert "no end of line came" in unreadable[0].what
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
-    times_ms=st.lists(st.integers(0, 2**32 - 1), min_size=1, max_size=20),
+    times_ms=st.lists(st.integers(0, 2**32 - 1), min_size=1, max_size=50),
     cuts=st.lists(st.integers(0, 10_000), max_size=20),
 )
 def test_same_presses_however_the_bytes_are_written(
@@ -142,11 +139,13 @@ def test_same_presses_however_the_bytes_are_written(
 
 
 def test_bounces_are_kept(line: PseudoTerminal) -> None:
-    box = SerialBox(line.name, SingleByteProtocol(buttons={"A": "left", "B": "right"}), RealClock())
+    protocol = SingleByteProtocol(buttons={"A": "left", "B": "right"}, felt=("left",))
+    box = SerialBox(line.name, protocol, RealClock())
     box.open()
     line.send(b"AABxA")
-    assert [press.button for press in read_all(box, 4)] == ["left", "left", "right", "left"]
-    assert ["b'x'" in each.what for each in box.unreadable()] == [True]
+    inputs = read_inputs(box, lambda inputs: len(presses_of(inputs)) >= 4)
+    assert [press.button for press in presses_of(inputs)] == ["left", "left", "right", "left"]
+    assert unreadable_bytes(inputs) == 1
     box.close()
 
 
@@ -192,7 +191,7 @@ def test_presses_just_before_the_unplugging_are_delivered_first(line: PseudoTerm
     )  # a pty, unlike USB, forgets what was not read when closed
     line.unplug()
     RealClock().sleep_until(RealClock().now_s() + 0.2)
-    assert [press.button for press in box.read(0.0)] == ["B1", "B2"]
+    assert [press.button for press in presses_of([*box.read(0.0)])] == ["B1", "B2"]
     with pytest.raises(DeviceError, match="lost"):
         box.read(0.0)
     box.close()

@@ -45,7 +45,8 @@ def write_rig(folder: Path, *, shift_z_mm: float | None = None, units: int = 2, 
 
 def made_real(folder: Path, path: Path) -> Path:
     """Turn a written rig into one with a real array and a measured calibration."""
-    calibration = yaml.safe_load((folder / "calibration.yaml").read_text()) | {"made_up": False}
+    calibration = yaml.safe_load((folder / "calibration.yaml").read_text())
+    calibration |= {"made_up": False, "origin": "measured", "taken": "2026-11-22T00:00:00Z"}
     (folder / "calibration.yaml").write_text(yaml.safe_dump(calibration))
     rig = yaml.safe_load(path.read_text())
     rig["array"]["link"] = {"interface": "none0"}

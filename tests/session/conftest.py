@@ -4,21 +4,20 @@ from typing import Any
 
 import pytest
 
-from autd_trials.protocol.schema import Protocol, Safety, Timing
+from autd_trials.protocol.schema import Protocol, Timing
 from autd_trials.testing.stage import Stage, make_stage
 from autd_trials.testing.studies import make_protocol
 
 WINDOW_S = 2.5
 PAUSE_S = 1.5
-_TIMING = Timing(response_window_s=WINDOW_S, pause_min_s=PAUSE_S, pause_max_s=PAUSE_S, lead_in_s=3.0)
-_SAFETY = Safety(longest_burst_s=1.0, largest_duty=1.0, session_exposure_s=100.0)
+
+
+def small_protocol(**changes: Any) -> Protocol:
+    timing = Timing(response_window_s=WINDOW_S, pause_min_s=PAUSE_S, pause_max_s=PAUSE_S, lead_in_s=3.0)
+    fields: dict[str, Any] = {"within": {}, "timing": timing} | changes
+    return make_protocol("small", **fields)
 
 
 @pytest.fixture
 def stage() -> Stage:
     return make_stage(small_protocol())
-
-
-def small_protocol(**changes: Any) -> Protocol:
-    small: dict[str, Any] = {"within": {}, "timing": _TIMING, "safety": _SAFETY, "masking": None}
-    return make_protocol("small", **(small | changes))

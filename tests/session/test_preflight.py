@@ -129,7 +129,8 @@ def test_whatever_passes_runs_without_being_stopped(
         longest_s = max(durations)  # refused only for what some order of the trials could have had
         assert duty_of_equal_bursts(longest_s, window_s + pause_s) > limit
         return
-    stage = make_stage(protocol, make_plan(protocol, place=1, session=1, seed=seed))
+    stage = make_stage(protocol)
+    stage.plan = make_plan(protocol, place=1, session=1, seed=seed)
     stage.limits = limits
     events = stage.run()
     assert stage.of("session-end")[-1].status == "success"  # type: ignore[union-attr]
@@ -149,7 +150,7 @@ def test_bursts_before_a_resume_delay_the_next_onset_instead_of_ending_the_sessi
     assert notes == []
     assert stage.of("session-end")[-1].status == "success"  # type: ignore[union-attr]
 
-    second = make_stage(stage.protocol, stage.plan)
+    second = make_stage(stage.protocol)
     second.limits = stricter(largest_duty=0.25)
     second.earlier_bursts = tuple((-29.0 + 2 * number, -28.0 + 2 * number) for number in range(15))
     events = second.run()

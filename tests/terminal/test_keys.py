@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from autd_trials.terminal.keys import KeyDecoder, LineEditor
+from autd_trials.terminal.keys import CONTROL_KEYS, KeyDecoder, LineEditor, plain_key
 
 TYPED = st.lists(
     st.one_of(
@@ -84,3 +84,26 @@ def test_line_has_an_end() -> None:
     for _ in range(5000):
         editor.feed("x")
     assert len(editor.text) == 2000
+
+
+@pytest.mark.parametrize(
+    ("typed", "key"),
+    [
+        *[(key, key) for key in (" ", "\n", "\t", "7", "ß", "é", "\x1b[A", "\x1b", "\x00")],
+        *[("P", "p"), ("Ａ", "a"), ("\u3000", " "), ("\u00a0", " ")],  # Caps Lock, wide forms, other spaces
+        *[("з", "p"), ("т", "n"), ("ф", "a"), ("Ф", "a")],  # Russian
+        *[("π", "p"), ("ν", "n"), ("α", "a"), ("פ", "p"), ("מ", "n"), ("ש", "a")],  # Greek, Hebrew
+        *[("ㅔ", "p"), ("ㅜ", "n"), ("ㅁ", "a"), ("せ", "p"), ("み", "n"), ("ち", "a")],  # Korean, kana
+        *[("\x1b[32u", " "), ("\x1b[97;1u", "a"), ("\x1b[1092::97u", "a"), ("\x1b[13u", "\n")],  # kitty
+        *[("\x1b[97;5u", "\x1b[97;5u"), ("\x1b[9999999u", "\x1b[9999999u")],  # Ctrl-a is not a; no character
+    ],
+)
+def test_the_key_that_is_meant_on_any_layout(typed: str, key: str) -> None:
+    assert plain_key(typed) == key
+
+
+@given(st.text(max_size=4))
+def test_a_plain_key_is_its_own(text: str) -> None:
+    plain = plain_key(text)
+    assert plain_key(plain) == plain
+    assert (plain in CONTROL_KEYS) <= (len(text) == 1)

@@ -3,12 +3,20 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import pytest
-from hypothesis import given
+import yaml
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, Field
 
 from autd_trials.errors import UsageError
 from autd_trials.yamlfile import did_you_mean, load_model, load_with_sha256
+from autd_trials.yamlfile.tree import MOST_EVENTS
+
+
+@pytest.fixture(params=["CSafeLoader", "SafeLoader"])
+def either_parser(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Read by libyaml, and by what stands in where it is missing."""
+    monkeypatch.setattr("autd_trials.yamlfile.tree._Loader", getattr(yaml, request.param))
 
 
 class Lamp(BaseModel):
@@ -53,6 +61,7 @@ def refusal(folder: Path, text: str | bytes) -> list[str]:
     return [line.removeprefix(f"{path}:") for line in str(caught.value).splitlines()]
 
 
+@pytest.mark.usefixtures("either_parser")
 def test_a_good_file_is_read_with_the_hash_of_its_bytes(tmp_path: Path) -> None:
     house, sha256 = load_with_sha256(write(tmp_path, GOOD), House)
     assert house.lamps["attic"] == Lamp(colour="blue", brightness=1.0, hours=(7, 20))
@@ -65,6 +74,7 @@ def test_a_byte_order_mark_and_windows_line_ends_do_not_matter(tmp_path: Path) -
     assert load_model(write(tmp_path, GOOD.replace("\n", "\r\n")), House) == plain
 
 
+@pytest.mark.usefixtures("either_parser")
 def test_all_problems_are_told_at_once_in_the_order_of_the_file(tmp_path: Path) -> None:
     text = (
         "nam: home\nlamps:\n  hall: {colour: redd, brightness: 2}\n  attic:\n    colour: blue\nopen: maybe\n"
@@ -79,6 +89,7 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(tmp_path: Path) 
     ]
 
 
+@pytest.mark.usefixtures("either_parser")
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
@@ -137,8 +148,100 @@ def test_what_is_no_file_is_told(tmp_path: Path) -> None:
         load_model(write(tmp_path, b"#" * 1_000_001), House)
 
 
+PIECES = [
+    *(
+        "? ",
+        ": ",
+        "- ",
+        "[",
+        "]",
+        "{",
+        "}",
+        ", ",
+        "\n",
+        "\n  ",
+        "\t",
+        "#",
+        "'",
+        '"',
+        "|\n",
+        ">-\n",
+        "---\n",
+        "...\n",
+    ),
+    *(
+        "&a ",
+        "*a ",
+        "!!int ",
+        "! ",
+        "<<: ",
+        "%YAML 1.1\n",
+        "name",
+        "lamps",
+        "colour",
+        "red",
+        "hours",
+        "open",
+        "true",
+    ),
+    *(
+        "no",
+        "0o7",
+        "1_000",
+        "1:30",
+        "2026-11-22",
+        "0001-01-01",
+        "9999-12-31T23:59:59Z",
+        ".inf",
+        "1e999",
+        "9" * 400,
+    ),
+    *("\\ud800", "\\0", "\ufeff", "\u2028", "\u202e", "\x85", "\U0001f4a5", "~", "=", "@", "`"),
+]
+BOMBS = {
+    "keys": "".join(f"extra{number}: 1\n" for number in range(90_000)),
+    "items": "lamps: [" + "1," * 450_000 + "]\n",
+    "question marks": "? " * 450_000,
+    "dashes": "- " * 450_000,
+    "brackets": "[" * 900_000,
+    "braces": "{" * 900_000,
+    "anchors": "- &a\n" * 150_000,
+    "aliases": "- *a\n" * 150_000,
+    "one key": "a: 1\n" * 180_000,
+    "tabs": "\t" * 900_000,
+    "documents": "---\n" * 200_000,
+    "directives": "%a b\n" * 150_000,
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_a_bomb_is_refused_long_before_its_end(tmp_path: Path, name: str) -> None:
+    assert len(refusal(tmp_path, BOMBS[name])) == 1
+
+
+def test_what_is_wrong_is_explained_a_hundred_times_and_counted_to_the_end(tmp_path: Path) -> None:
+    """Explaining takes time: it is done once for each line shown, by a schema that is made once."""
+    keys = MOST_EVENTS // 2 - 50
+    lines = refusal(tmp_path, GOOD + "".join(f"extra{number}: 1\n" for number in range(keys)))
+    assert len(lines) == 101
+    assert lines[-1] == f" and {keys - 100} more"
+
+
+@pytest.mark.usefixtures("either_parser")
+@pytest.mark.parametrize(
+    "text",
+    ["? ? ? a\n", "? ? ?\n", "? - ? - a\n: b\n", "[? [a, b]: c, ? {x: y}]\n", "? &a [*a, *a]\n: *a\n"],
+)
+def test_keys_of_keys_are_told(tmp_path: Path, text: str) -> None:
+    assert any("a key must be a word" in line for line in refusal(tmp_path, text))
+
+
+@pytest.mark.usefixtures("either_parser")
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
-    content=st.binary(max_size=300) | st.text(max_size=300).map(lambda text: text.encode(errors="replace"))
+    content=st.binary(max_size=300)
+    | st.text(max_size=300).map(lambda text: text.encode(errors="replace"))
+    | st.lists(st.sampled_from(PIECES), max_size=40).map(lambda pieces: "".join(pieces).encode())
 )
 def test_no_bytes_make_it_stumble(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     path = write(tmp_path_factory.mktemp("any"), content)

@@ -14,8 +14,7 @@ the
 """
 
 import cmath
-import csv
-import math
+import re
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,14 +24,22 @@ from numpy.typing import NDArray
 
 from autd_trials.array.geometry import DEVICES_PER_UNIT, TRANSDUCERS_PER_DEVICE, Vectors
 from autd_trials.errors import UsageError
+from autd_trials.tables import Quantity, Table, read_table
 
 PHASE_COLUMNS = ("unit", "transducers", "x_mm", "y_mm", "z_mm", "amplitude_pa", "phase_rad")
 AMPLITUDE_COLUMNS = ("unit", "transducers", "reference", "step", "x_mm", "y_mm", "z_mm", "amplitude_pa")
 STEPS = 4
 
+_UNIT = Quantity("unit", least=1, largest=1000, whole=True)
+_PLACE = tuple(Quantity(name, -10_000, 10_000) for name in ("x_mm", "y_mm", "z_mm"))
+_AMPLITUDE = Quantity("amplitude_pa", least=0, largest=1e6)
+_PHASE = Quantity("phase_rad")
+_STEP = Quantity("step", least=0, largest=STEPS - 1, whole=True)
+_TRANSDUCER = re.compile(r"[0-9]{1,6}")
 _TRANSDUCERS = DEVICES_PER_UNIT * TRANSDUCERS_PER_DEVICE
 _LEAST_AMPLITUDE = 0.05  # of the median: what is weaker is a dead transducer or a shadow
 _FEWEST_POINTS = _FEWEST_SOURCES = 6
+_MOST_PAIRS = 1_000_000  # of a source and a point
 
 Group = tuple[int, ...]
 Point = tuple[float, float, float]
@@ -73,29 +80,24 @@ def read_heard(path: Path) -> list[Heard]:
     UsageError
         The file cannot be read, has other columns or values, or too few sources or points.
     """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"the measurement cannot be read: {error}", where=str(path)) from error
-    reader = csv.DictReader(lines)
-    header = reader.fieldnames = [name.strip() for name in reader.fieldnames or []]
-    synchronised = set(PHASE_COLUMNS) <= set(header)
-    if not synchronised and not set(AMPLITUDE_COLUMNS) <= set(header):
+    table = read_table(path, "measurement")
+    synchronised = set(PHASE_COLUMNS) <= set(table.header)
+    if not synchronised and not set(AMPLITUDE_COLUMNS) <= set(table.header):
         raise UsageError(
-            f"the columns are {', '.join(header) or 'none'}",
-            where=f"{path}:1",
+            f"the columns are {', '.join(table.header)}",
+            where=table.where_header,
             do=f"name them {', '.join(PHASE_COLUMNS)}, or {', '.join(AMPLITUDE_COLUMNS)}",
         )
-    rows = [_row(values, f"{path}:{reader.line_num}", synchronised=synchronised) for values in reader]
+    rows = _rows(table, synchronised=synchronised)
     if not rows:
         raise UsageError("nothing was measured", where=str(path))
+    by_unit: defaultdict[int, list[_Row]] = defaultdict(list)
+    for row in rows:
+        by_unit[row.unit].append(row)
     phasors = _phasors if synchronised else _phasors_of_steps
-    units = sorted({row.unit for row in rows})
     return [
-        heard_of(
-            unit, phasors([row for row in rows if row.unit == unit]), str(path), synchronised=synchronised
-        )
-        for unit in units
+        heard_of(unit, phasors(its_rows), str(path), synchronised=synchronised)
+        for unit, its_rows in sorted(by_unit.items())
     ]
 
 
@@ -107,7 +109,7 @@ def heard_of(unit: int, phasors: Phasors, where: str, *, synchronised: bool) -> 
     Raises
     ------
     UsageError
-        There are fewer than 6 sources or points.
+        There are fewer than 6 sources or points, or over 1,000,000 pairs of them.
     """
     sources = sorted({source for source, _ in phasors})
     points = sorted({point for _, point in phasors})
@@ -117,6 +119,12 @@ def heard_of(unit: int, phasors: Phasors, where: str, *, synchronised: bool) -> 
             where=where,
             do="measure 54 sources (6 a device) at 32 points; at least "
             f"{_FEWEST_SOURCES} at {_FEWEST_POINTS} are needed for a pose",
+        )
+    if len(sources) * len(points) > _MOST_PAIRS:
+        raise UsageError(
+            f"unit {unit} was heard with {len(sources)} sources at {len(points)} points, too many to fit",
+            where=where,
+            do="measure all sources at the same points",
         )
     table = np.array([[phasors.get((source, point), 0) for point in points] for source in sources])
     heard = np.abs(table) > _LEAST_AMPLITUDE * np.median(np.abs(table[table != 0]))
@@ -136,42 +144,33 @@ class _Row:
     where: str
 
 
-def _row(values: dict[str, str], where: str, *, synchronised: bool) -> _Row:
-    def number(name: str) -> float:
-        try:
-            value = float(values[name] or "")
-        except (TypeError, ValueError):
-            value = math.nan
-        if not math.isfinite(value) or (name == "amplitude_pa" and value < 0):
-            raise UsageError(
-                f"{name} is {values[name]!r}",
-                where=where,
-                do="give a finite number; amplitudes are at least 0",
-            )
-        return value
-
-    unit, step = number("unit"), 0.0 if synchronised else number("step")
-    if unit < 1 or unit % 1:
-        raise UsageError(f"unit is {unit:g}", where=where, do="number the units from 1")
-    if step not in range(STEPS):
-        raise UsageError(f"step is {step:g}", where=where, do="give 0, 1, 2 or 3 quarters of a period")
-    return _Row(
-        unit=int(unit),
-        source=_group(values["transducers"], where),
-        reference=() if synchronised else _group(values["reference"], where),
-        step=int(step),
-        point=(number("x_mm"), number("y_mm"), number("z_mm")),
-        amplitude_pa=number("amplitude_pa"),
-        phase_rad=number("phase_rad") if synchronised else 0.0,
-        where=where,
-    )
+def _rows(table: Table, *, synchronised: bool) -> list[_Row]:
+    columns = [_UNIT, *_PLACE, _AMPLITUDE, _PHASE if synchronised else _STEP]
+    numbers = table.quantities(columns).tolist()
+    sources = table.column("transducers")
+    references = [""] * len(sources) if synchronised else table.column("reference")
+    return [
+        _Row(
+            unit=int(unit),
+            source=_group(source, table.where(row)),
+            reference=() if synchronised else _group(reference, table.where(row)),
+            step=0 if synchronised else int(last),
+            point=(x_mm, y_mm, z_mm),
+            amplitude_pa=amplitude_pa,
+            phase_rad=last if synchronised else 0.0,
+            where=table.where(row),
+        )
+        for row, ((unit, x_mm, y_mm, z_mm, amplitude_pa, last), source, reference) in enumerate(
+            zip(numbers, sources, references, strict=True)
+        )
+    ]
 
 
-def _group(text: str | None, where: str) -> Group:
-    parts = [part.strip() for part in (text or "").split("+")]
-    if not all(part.isdecimal() and int(part) < _TRANSDUCERS for part in parts):
+def _group(text: str, where: str) -> Group:
+    parts = [part.strip() for part in text.split("+")]
+    if not all(_TRANSDUCER.fullmatch(part) and int(part) < _TRANSDUCERS for part in parts):
         raise UsageError(
-            f"{text!r} names no transducers",
+            f"{text[:40]!r} names no transducers",
             where=where,
             do=f"number them 0 to {_TRANSDUCERS - 1}; join a group by +",
         )

@@ -11,6 +11,7 @@ from autd_trials.calibration.acoustic.heard import Heard
 from autd_trials.calibration.acoustic.refine import Refined, refine
 from autd_trials.calibration.energy import predict_energy
 from autd_trials.calibration.file import CalibratedUnit, Calibration
+from autd_trials.calibration.provenance import Source, provenance
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +33,8 @@ def refine_calibration(
     seed: int,
     time: datetime,
     inputs: dict[str, str],
-    simulated: bool,
+    before: Source,
+    sound: Source,
 ) -> tuple[Calibration, Refined, list[Change]]:
     """Return the refined calibration, what was fitted, and what changed.
 
@@ -51,11 +53,14 @@ def refine_calibration(
     seed
         Of all that is random.
     time
-        When it was heard; aware.
+        When this is computed; aware.
     inputs
         SHA-256 of each file that was read.
-    simulated
-        Whether the microphone was; then the result counts as made up.
+    before
+        Where the calibration to start from comes from. If every unit but the first was heard, no pose is kept
+        from it, and its age is of no account.
+    sound
+        Where the sound comes from.
 
     Raises
     ------
@@ -71,11 +76,13 @@ def refine_calibration(
         generator=generator,
     )
     way = "phases" if heard[0].synchronised else "amplitudes at four phase steps"
-    what = "simulated microphone" if simulated else "microphone"
+    what = "simulated microphone" if sound.origin == "simulated" else "microphone"
+    all_heard = all(covariance is not None for covariance in refined.covariances[1:])
+    start = before.model_copy(update={"what": "start" if all_heard else "calibration"})
     units = [_unit(number, calibration, refined) for number in range(len(calibration.units))]
     result = Calibration(
         frame=calibration.frame,
-        made_up=calibration.made_up or simulated,
+        **provenance([start, sound]),
         method=f"{calibration.method}; refined by {way} at a {what}",
         time=time,
         inputs=inputs,

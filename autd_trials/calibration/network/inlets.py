@@ -1,17 +1,20 @@
-"""The master: finds all units' nodes, takes what they send, and notices when one falls silent or restarts."""
+"""The master: finds all units' nodes, takes what they send, and notices when one falls silent or restarts.
+
+A second node that says it watches a unit while the first one sends is refused, also in mid-recording.
+"""
 
 import threading
 from dataclasses import dataclass
 from typing import Any, Self
 
 from autd_trials.calibration.network.recording import LONGEST_SILENCE_S, Sample
-from autd_trials.calibration.network.stream import NAME, TYPE, NodeHeader, read_header
+from autd_trials.calibration.network.rivals import Rivals, find_nodes
+from autd_trials.calibration.network.stream import NodeHeader
 from autd_trials.errors import DeviceError
 
 _CLOCK_PERIOD_S = 2.0
 _CLOCK_TIMEOUT_S = 2.0
 _MOST_SAMPLES = 4096
-_RESOLVE_S = 1.0
 
 
 @dataclass
@@ -60,15 +63,18 @@ class Nodes:
     """
 
     def __init__(self, units: int, timeout_s: float) -> None:
-        found = _find(units, timeout_s)
+        found = find_nodes(units, timeout_s)
         self._links = [_Link(unit, *found[unit]) for unit in range(1, units + 1)]
+        self._rivals = Rivals({stream.uid() for stream, _ in found.values()})
 
     def __enter__(self) -> Self:
         for link in self._links:
             link.open()
+        self._rivals.start()
         return self
 
     def __exit__(self, *error: object) -> None:
+        self._rivals.stop()
         for link in self._links:
             link.close()
 
@@ -78,8 +84,17 @@ class Nodes:
         return [link.state for link in self._links]
 
     def take(self) -> list[tuple[list[Sample], list[tuple[float, float]]]]:
-        """Return each unit's new samples and new clock offsets (time, offset in s); never waits."""
-        return [link.take() for link in self._links]
+        """Return each unit's new samples and new clock offsets (time, offset in s); never waits.
+
+        Raises
+        ------
+        DeviceError
+            Another node has appeared that says it watches one of these units too.
+        """
+        taken = [link.take() for link in self._links]
+        for unit, (samples, _) in enumerate(taken, start=1):
+            self._rivals.refuse(unit, samples)
+        return taken
 
 
 class _Link:
@@ -128,7 +143,7 @@ class _Link:
     def _count(self, sample: Sample) -> None:
         state, last = self.state, self._last
         state.samples += 1
-        state.sightings += sample.x_mm == sample.x_mm  # NaN without a sighting
+        state.sightings += sample.seen
         if last is not None:
             if sample.run != last.run:
                 state.restarts += 1
@@ -160,37 +175,3 @@ class _Link:
 def _sample(values: list[float], stamp_s: float, arrival_s: float) -> Sample:
     x, y, z, quality, sequence, run = values
     return Sample(stamp_s, arrival_s, int(run), int(sequence), x, y, z, quality)
-
-
-def _find(units: int, timeout_s: float) -> dict[int, tuple[Any, NodeHeader]]:
-    import pylsl
-
-    deadline_s = pylsl.local_clock() + timeout_s
-    wanted = set(range(1, units + 1))
-    found: dict[int, tuple[Any, NodeHeader]] = {}
-    while True:
-        # all that answer within a second: the first ones alone would hide that two claim one unit
-        streams = [
-            s for s in pylsl.resolve_streams(_RESOLVE_S) if s.type() == TYPE and s.name().startswith(NAME)
-        ]
-        found = {}
-        for stream in streams:
-            # the description is not part of what is found, it must be asked for
-            header = read_header(pylsl.StreamInlet(stream, recover=False).info(timeout=5.0))
-            if header.unit in found and found[header.unit][1].run != header.run:
-                raise DeviceError(
-                    f"two nodes say that they watch unit {header.unit}: on {stream.hostname()} and on "
-                    f"{found[header.unit][0].hostname()}",
-                    do="stop one of them, or give it another --unit",
-                )
-            found[header.unit] = (stream, header)
-        if wanted <= set(found):
-            return found
-        if pylsl.local_clock() > deadline_s:
-            break
-    missing = ", ".join(str(unit) for unit in sorted(wanted - set(found)))
-    raise DeviceError(
-        f"no sensor node of unit {missing} was found within {timeout_s:g} s; found: {sorted(found)}",
-        do="start `autd-trials sensor --unit N` there; where multicast is blocked, name the computers under "
-        "KnownPeers in lsl_api.cfg (a template is in protocols/rigs)",
-    )

@@ -3,6 +3,7 @@
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from autd_trials.calibration.provenance import Capture
 from autd_trials.calibration.sensors.frame import Intrinsics
 from autd_trials.errors import DeviceError
 
@@ -24,15 +25,15 @@ class NodeHeader:
         Number of the unit, from 1.
     run
         A number drawn anew whenever a node starts, so that a restart is seen.
-    serial
-        The sensor's serial number.
+    capture
+        The sensor; with a time if what it sends was recorded earlier.
     intrinsics
         The sensor's camera.
     """
 
     unit: int
     run: int
-    serial: str
+    capture: Capture
     intrinsics: Intrinsics
 
 
@@ -49,7 +50,7 @@ def stream_info(header: NodeHeader, rate_hz: float) -> Any:
         channel_count=len(CHANNELS),
         nominal_srate=rate_hz,
         channel_format=pylsl.cf_double64,
-        source_id=f"autd-trials-unit-{header.unit}-{header.serial}",
+        source_id=f"autd-trials-unit-{header.unit}-{header.capture.sensor}-{header.capture.serial}",
     )
     description = info.desc()
     channels = description.append_child("channels")
@@ -60,7 +61,7 @@ def stream_info(header: NodeHeader, rate_hz: float) -> Any:
     node = description.append_child("autd_trials")
     node.append_child_value("unit", str(header.unit))
     node.append_child_value("run", str(header.run))
-    node.append_child_value("serial", header.serial)
+    node.append_child_value("capture", header.capture.model_dump_json())
     camera = node.append_child("intrinsics")
     for name, value in asdict(header.intrinsics).items():
         camera.append_child_value(name, repr(value))
@@ -83,7 +84,7 @@ def read_header(info: Any) -> NodeHeader:
         return NodeHeader(
             unit=int(node.child_value("unit")),
             run=int(node.child_value("run")),
-            serial=node.child_value("serial"),
+            capture=Capture.model_validate_json(node.child_value("capture")),
             intrinsics=Intrinsics(sizes[0], sizes[1], *lengths),
         )
     except ValueError as error:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autd_trials.array.geometry import Vectors
+from autd_trials.calibration.provenance import Capture
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,8 @@ class Sensor(Protocol):
     """A depth sensor: entered, it runs; iterated, it gives frames until it has no more."""
 
     @property
-    def serial(self) -> str:
-        """Return the sensor's serial number, or what stands for it."""
+    def capture(self) -> Capture:
+        """Return what takes the frames: kind, serial number, whether it is simulated; when, if not now."""
 
     @property
     def intrinsics(self) -> Intrinsics:

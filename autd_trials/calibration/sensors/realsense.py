@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from autd_trials.calibration.provenance import Capture, Origin
 from autd_trials.calibration.sensors.frame import Frame, Intrinsics
 from autd_trials.errors import DeviceError, UsageError
 
@@ -84,17 +85,26 @@ class RealSenseSensor:
         self._frames = self._sdk.frame_queue(_QUEUED_FRAMES, keep_frames=True)
 
     @property
-    def serial(self) -> str:
-        """The camera's serial number."""
+    def capture(self) -> Capture:
+        """The camera; the SDK's software device is simulated, a file that it plays of unknown origin."""
+        origin: Origin = "measured"
+        if isinstance(self._device, self._sdk.software_device):
+            origin = "simulated"
+        elif self._device.is_playback():
+            origin = "unknown"
+        return Capture(origin=origin, sensor="realsense", serial=self._serial)
+
+    @property
+    def _serial(self) -> str:
         info = self._sdk.camera_info.serial_number
-        return str(self._device.get_info(info)) if self._device.supports(info) else "unknown"
+        return str(self._device.get_info(info)) if self._device.supports(info) else ""
 
     def __enter__(self) -> Self:
         try:
             self._camera.open(self._profiles)
             self._camera.start(self._frames)
         except RuntimeError as error:
-            raise DeviceError(f"the camera does not start: {error}", where=self.serial) from error
+            raise DeviceError(f"the camera does not start: {error}", where=self._serial) from error
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -109,7 +119,7 @@ class RealSenseSensor:
             except RuntimeError as error:
                 raise DeviceError(
                     f"no frame came for {_TIMEOUT_MS / 1000:g} s: {error}",
-                    where=self.serial,
+                    where=self._serial,
                     do="see to its cable",
                 ) from error
             if frame.is_depth_frame():

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autd_trials.array.geometry import Vectors
+from autd_trials.calibration.provenance import Capture
 from autd_trials.calibration.rigid import RigidMotion
 from autd_trials.calibration.sensors.frame import Frame, Intrinsics
 from autd_trials.calibration.sensors.hand import HandPath
@@ -86,7 +87,7 @@ class SyntheticSensor:
         How many frames there are; without end if None.
     """
 
-    serial = "synthetic"
+    capture = Capture(origin="simulated", sensor="synthetic", serial="synthetic")
     intrinsics = KINECT_V2
 
     def __init__(

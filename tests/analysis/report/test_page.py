@@ -86,7 +86,7 @@ def chest_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
 
 
 def written(results: Results, folder: Path) -> Report:
-    write_results(results, folder)
+    write_results(results, folder, formats=("svg",))
     return Report(results, folder, Page((folder / "report.html").read_text(encoding="utf-8")))
 
 

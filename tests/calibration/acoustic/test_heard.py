@@ -75,7 +75,7 @@ def test_groups_are_joined_by_plus(tmp_path: Path) -> None:
         (("unit", "x_mm"), [], r"heard\.csv:1: the columns are unit, x_mm"),
         (PHASE_COLUMNS, [], "nothing was measured"),
         (PHASE_COLUMNS, ["2,1,0,0,1000,0.5,nan"], r"heard\.csv:2: phase_rad is 'nan'"),
-        (PHASE_COLUMNS, ["2,1,0,0,1000,-0.5,1"], r"heard\.csv:2: amplitude_pa is '-0.5'"),
+        (PHASE_COLUMNS, ["2,1,0,0,1000,-0.5,1"], r"heard\.csv:2: amplitude_pa is -0.5"),
         (PHASE_COLUMNS, ["0,1,0,0,1000,0.5,1"], r"heard\.csv:2: unit is 0"),
         (PHASE_COLUMNS, ["2,2241,0,0,1000,0.5,1"], "'2241' names no transducers"),
         (PHASE_COLUMNS, ["2,a,0,0,1000,0.5,1"], "'a' names no transducers"),

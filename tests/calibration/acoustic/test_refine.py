@@ -1,12 +1,9 @@
 """Acoustic refinement with a simulated microphone: from 20 mm and 1 degree to a tenth of a millimetre."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-import protocols
 from autd_trials.acoustics.air import Air
 from autd_trials.array.geometry import UnitPose, Vectors, moved
 from autd_trials.calibration.acoustic.heard import Heard
@@ -15,8 +12,9 @@ from autd_trials.calibration.acoustic.refine import Refined, refine
 from autd_trials.calibration.file import load_calibration
 from autd_trials.calibration.pose_error import energy_left
 from autd_trials.errors import UsageError
+from autd_trials.yamlfile.shipped import find_file
 
-TRUE = load_calibration(Path(protocols.__path__[0], "rigs", "emulated-calibration.yaml"))[0].unit_poses()
+TRUE = load_calibration(find_file("emulated-calibration", kind="calibration", folder="rigs"))[0].unit_poses()
 B_MM = np.array([302.0, 225.0, 1000.0])
 EXPECTED_M_S = Air(20.0).speed_of_sound_m_s
 

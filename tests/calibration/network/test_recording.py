@@ -1,6 +1,7 @@
 """What the master keeps: every sample, clocks that differ, gaps, a recording that was cut off."""
 
 import math
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,21 @@ from hypothesis import strategies as st
 from autd_trials.calibration.network.recording import (
     Sample,
     UnitRecording,
+    clock_jumps,
     master_times,
+    recorded_capture,
     recorded_units,
     silences,
     write_track,
 )
+from autd_trials.calibration.provenance import UNKNOWN, Capture, read_capture
 from autd_trials.calibration.track import read_track
-from autd_trials.errors import UsageError
+from autd_trials.errors import DeviceError, UsageError
+from tests.calibration.full_disk import largest_file
+
+CAPTURE = Capture(
+    origin="measured", sensor="realsense", serial="73", taken=datetime(2026, 11, 20, tzinfo=UTC)
+)
 
 
 def sample(number: int, offset_s: float = 1000.0, *, seen: bool = True) -> Sample:
@@ -26,7 +35,7 @@ def sample(number: int, offset_s: float = 1000.0, *, seen: bool = True) -> Sampl
 
 
 def recorded(folder: Path, samples: list[Sample], clock: list[tuple[float, float]]) -> None:
-    recording = UnitRecording(folder, 1)
+    recording = UnitRecording(folder, 1, CAPTURE)
     recording.add(samples)
     for each in clock:
         recording.add_clock(*each)
@@ -79,7 +88,7 @@ def test_whatever_was_cut_off_the_rest_is_read(tmp_path_factory: pytest.TempPath
 def test_a_recording_is_never_written_over(tmp_path: Path) -> None:
     recorded(tmp_path, [], [])
     with pytest.raises(UsageError, match="exists already"):
-        UnitRecording(tmp_path, 1)
+        UnitRecording(tmp_path, 1, CAPTURE)
     assert recorded_units(tmp_path) == 1
 
 
@@ -89,8 +98,63 @@ def test_a_folder_without_recording_and_a_spoilt_one_are_told(tmp_path: Path) ->
     recorded(tmp_path, [sample(1)], [])
     raw = tmp_path / "unit1-raw.csv"
     raw.write_text(raw.read_text() + "1,2,x,4,5,6,7,8\n")
-    with pytest.raises(UsageError, match=r"unit1-raw\.csv:3: this is no sample"):
+    with pytest.raises(UsageError, match=r"unit1-raw\.csv:3: run is 'x', which is not a finite number"):
         master_times(tmp_path, 1)
     raw.write_text("a,b\n")
-    with pytest.raises(UsageError, match=r"unit1-raw\.csv:1: the columns are not"):
+    with pytest.raises(UsageError, match=r"unit1-raw\.csv:1: the columns t_raw_s, .* are missing"):
         silences(tmp_path, 1)
+
+
+def test_a_track_says_which_sensor_took_it_and_when(tmp_path: Path) -> None:
+    recorded(tmp_path, [sample(n) for n in range(30)], [(1.0, -1000.0)])
+    assert recorded_capture(tmp_path, 1) == CAPTURE
+    assert read_capture(write_track(tmp_path, 1)) == CAPTURE
+
+
+def test_a_recording_of_version_1_is_of_unknown_origin(tmp_path: Path) -> None:
+    recorded(tmp_path, [sample(n) for n in range(30)], [(1.0, -1000.0)])
+    (tmp_path / "unit1-sensor.json").unlink()
+    assert read_capture(write_track(tmp_path, 1)) == UNKNOWN
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[", '{"origin": "real", "sensor": "x"}'])
+def test_a_damaged_note_of_the_sensor_is_told(tmp_path: Path, text: str) -> None:
+    recorded(tmp_path, [sample(n) for n in range(30)], [])
+    (tmp_path / "unit1-sensor.json").write_text(text)
+    with pytest.raises(UsageError, match=r"unit1-sensor\.json: this does not say what was recorded"):
+        write_track(tmp_path, 1)
+
+
+@given(jump_s=st.floats(-1e4, 1e4).filter(lambda jump_s: abs(jump_s) > 0.06))
+def test_what_was_seen_while_a_clock_jumped_is_left_out_and_the_rest_is_right(
+    tmp_path_factory: pytest.TempPathFactory, jump_s: float
+) -> None:
+    folder = tmp_path_factory.mktemp("recording")
+    before, after = range(150), range(150, 300)  # the clock is set after 5 s, and compared every 2 s
+    samples = [*(sample(n) for n in before), *(sample(n, 1000 + jump_s) for n in after)]
+    offsets = [(t, -1000.0 if t < 5 else -1000 - jump_s) for t in (0.0, 2.0, 4.0, 6.0, 8.0)]
+    recorded(folder, samples, offsets)
+    ((start_s, end_s),) = clock_jumps(folder, 1)
+    assert (start_s, end_s) == (4.0, 6.0)
+    rows = master_times(folder, 1)
+    true_s = rows[:, 1] / 30  # x is the sample's number
+    assert np.abs(rows[:, 0] - true_s).max() < 1e-6
+    assert len(rows) == 300 - 60
+
+
+def test_a_full_disk_is_told_with_what_is_safe(tmp_path: Path) -> None:
+    recording = UnitRecording(tmp_path, 1, CAPTURE)
+    recording.add([sample(n) for n in range(20)])
+    with largest_file(4096), pytest.raises(DeviceError, match=r"the disk does not take this") as caught:
+        recording.add([sample(n) for n in range(20, 200)])
+    recording.close()
+    assert caught.value.where == str(tmp_path)
+    assert "what came before is safe" in str(caught.value.do)
+    assert len(master_times(tmp_path, 1)) > 20
+
+
+@pytest.mark.parametrize("name", ["taken/recording", "r" * 300])
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, name: str) -> None:
+    (tmp_path / "taken").write_text("a file")
+    with pytest.raises(UsageError, match="cannot be made"):
+        UnitRecording(tmp_path / name, 1, CAPTURE)

@@ -1,0 +1,49 @@
+"""The truth lies in the reported 95 % ellipsoid about as often as that says; the benchmark has more."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from autd_trials.calibration.sensor_model import SensorNoise
+from tests.calibration.situations import Situation, judge
+
+CASES = 40
+FEWEST = int(binom.ppf(1e-3, CASES, 0.95))  # of 40: 33
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("right_ranges", [False, True])
+@pytest.mark.parametrize(
+    "situation",
+    [
+        Situation("20 deg", (0, 20)),
+        Situation("3 units", (0, 60, 120)),
+        Situation("heavy tails", heavy_tails=True),
+        Situation("wrong noise model", noise=SensorNoise(1.0, 3.0)),
+        Situation("correlated noise", speed_m_s=0.5, seconds=10.0, correlated_s=0.1),
+    ],
+    ids=lambda situation: situation.name,
+)
+def test_the_truth_is_inside(situation: Situation, right_ranges: bool) -> None:
+    judged = [judge(situation, seed, right_ranges=right_ranges) for seed in range(CASES)]
+    assert sum(each.inside for each in judged) >= FEWEST
+
+
+@pytest.mark.parametrize("angles_deg", [(0, 20), (0, 90)])
+def test_the_default_is_never_clearly_worse_than_the_papers_method(angles_deg: tuple[float, ...]) -> None:
+    """Neither where the ranges are right nor where points are no camera's, nor where noise is another."""
+    right = Situation("right ranges", angles_deg, bias_mm=0.0, scale=0.0)
+    for situation in (
+        right,
+        replace(right, name="isotropic centimetres, not declared", noise=SensorNoise(10, 10)),
+        replace(right, name="noise across", noise=SensorNoise(1, 3)),
+    ):
+        judged = [judge(situation, seed) for seed in range(10)]
+        ours, paper = (
+            np.sqrt(np.mean(np.square(each)))
+            for each in ([j.error_mm for j in judged], [j.paper_mm for j in judged])
+        )
+        assert ours < 1.15 * paper, situation.name

@@ -1,0 +1,35 @@
+"""No module needs itself, on whatever way: also not for its types only, and not within a function."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import autd_trials
+
+PACKAGE = Path(autd_trials.__file__).parent
+
+
+def test_no_import_goes_round_in_a_circle() -> None:
+    modules = {name(path): path for path in PACKAGE.rglob("*.py")}
+    needs = {module: set(imported(path)) & set(modules) for module, path in modules.items()}
+    assert len(needs) > 100, "all modules are looked at"
+    while free := [module for module, needed in needs.items() if not needed]:
+        for module in free:
+            del needs[module]
+        for needed in needs.values():
+            needed.difference_update(free)
+    assert not needs, f"these import each other, or what does: {sorted(needs)}"
+
+
+def name(path: Path) -> str:
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imported(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
