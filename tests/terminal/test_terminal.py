@@ -290,3 +290,57 @@ def test_program_in_the_background_is_told_so() -> None:
     )
     child.expect("UsageError.*another job")
     child.close(force=True)
+
+
+@pytest.mark.parametrize(
+    ("typed", "control"),
+    [
+        *zip("pPｐзЗπせセｾㅔㄣยპज", "p" * 14, strict=True),
+        *zip("aAａфαちチﾁㅁㄇשა", "a" * 12, strict=True),
+        *zip("nNｎтνみミㅜㄙ", "n" * 9, strict=True),
+        ("\x1b[97u", "a"),
+        ("\x1b[1092::97u", "a"),
+        ("\x1b[27;2;65~", "a"),
+        ("\x1b[97;65u", "a"),
+        ("\x1b[97;129:1u", "a"),
+    ],
+)
+def test_controls_work_on_every_layout(
+    pty: PseudoTerminal, terminal: Terminal, typed: str, control: str
+) -> None:
+    pty.send(typed.encode())
+    assert take_text(terminal.commands, 1) == control
+
+
+@pytest.mark.parametrize(
+    "typed", [" ", "\u3000", "\u00a0", "\x00", "\x1b[32u", "\x1b[32;5u", "\x1b[27;5;32~"]
+)
+def test_the_space_bar_is_one_key_under_input_methods(
+    pty: PseudoTerminal, terminal: Terminal, typed: str
+) -> None:
+    responder = KeyboardResponder(terminal)
+    responder.open()
+    pty.send(typed.encode())
+    (press,) = responder.read(CLOCK.now_s() + SOON_S)
+    assert isinstance(press, Press)
+    assert press.button == "space"
+
+
+def test_a_key_that_is_let_go_is_no_input(pty: PseudoTerminal, terminal: Terminal) -> None:
+    responder = KeyboardResponder(terminal)
+    responder.open()
+    pty.send(b"\x1b[32;1:3u\x1b[32;1:1u")
+    assert [type(each) for each in responder.read(CLOCK.now_s() + SOON_S)] == [Press]
+
+
+def test_ctrl_c_that_comes_as_a_key_interrupts() -> None:
+    child = spawn("exit")
+    child.send("\x1b[99;5u")
+    child.expect("interrupted")
+    child.expect("ended 0")
+    child.close(force=True)
+
+
+def test_a_letter_of_another_layout_confirms_nothing(pty: PseudoTerminal, terminal: Terminal) -> None:
+    """On a Russian layout the first letter of "no" lies on the key y."""
+    assert not terminal.confirm("headphones on?", show=Typist(pty, "нn".encode()))
