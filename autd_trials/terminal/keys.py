@@ -8,6 +8,8 @@ from typing import Literal
 
 ESCAPE = "\x1b"
 ENTER = "\n"
+INTERRUPT = "\x03"
+"""Ctrl-C, where a terminal sends it as a key and not as a signal."""
 
 CONTROL_KEYS: Mapping[str, str] = {"p": "pause", "n": "note", "a": "abort"}
 """What steers a session while trials run; no response key may be one of these."""
@@ -28,8 +30,16 @@ _KEY = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 
-# A key as the kitty protocol reports it: its character, the one on the standard layout, modifiers.
-_REPORTED = re.compile(r"\x1b\[(\d{1,7})(?::\d*)?(?::(\d{1,7}))?(?:;[12]?(?::[12])?)?u")
+# A key as the kitty protocol ("CSI u") reports it: its character, the one on the standard layout, modifiers, and
+# whether it was let go; and as xterm's modifyOtherKeys does.
+_REPORTED = (
+    re.compile(
+        r"\x1b\[(?P<code>\d{1,7})(?::\d*)?(?::(?P<base>\d{1,7}))?"
+        r"(?:;(?P<modifiers>\d{0,4})(?::(?P<event>\d))?)?(?:;[\d:]*)?u"
+    ),
+    re.compile(r"\x1b\[27;(?P<modifiers>\d{1,4});(?P<code>\d{1,7})~"),
+)
+_SHIFT, _CTRL, _LOCKS, _RELEASED = 1, 4, 64 | 128, "3"
 _LATIN = "qwertyuiopasdfghjklzxcvbnm"
 _SAME_PLACES = (
     "йцукенгшщзфывапролдячсмить",  # Russian
@@ -38,13 +48,25 @@ _SAME_PLACES = (
     "ضصثقفغعهخحشسيبلاتنمئءؤرﻻىة",  # Arabic
     "ㅂㅈㄷㄱㅅㅛㅕㅑㅐㅔㅁㄴㅇㄹㅎㅗㅓㅏㅣㅋㅌㅊㅍㅠㅜㅡ",  # Korean
     "たていすかんなにらせちとしはきくまのりつさそひこみも",  # Japanese kana
+    "йцукенгшщзфівапролдячсмить",  # Ukrainian
+    "љњертзуиопасдфгхјклѕџцвбнм",  # Serbian
+    "ضصثقفغعهخحشسیبلاتنمظطزرذدپ",  # Persian
+    "ㅃㅉㄸㄲㅆㅛㅕㅑㅒㅖㅁㄴㅇㄹㅎㅗㅓㅏㅣㅋㅌㅊㅍㅠㅜㅡ",  # Korean, shifted
+    "ๆไำพะัีรนยฟหกดเ้่าสผปแอิืท",  # Thai
+    "ㄆㄊㄍㄐㄔㄗㄧㄛㄟㄣㄇㄋㄎㄑㄕㄘㄨㄜㄠㄈㄌㄏㄒㄖㄙㄩ",  # Chinese Zhuyin
+    "ქწერტყუიოპასდფგჰჯკლზხცვბნმ",  # Georgian
+    "ौैाीूबहगदजोे्िुपरकतॆंमनवलस",  # Hindi InScript
 )
+"""Written down from the published layouts, not tried on keyboards of each kind. Where two of them have a letter in
+different places, the first one counts."""
+
 _BY_PLACE = {
     letter: latin
-    for layout in _SAME_PLACES
+    for layout in reversed(_SAME_PLACES)
     for letter, latin in zip(layout, _LATIN, strict=True)
-    if letter.isalpha()
+    if unicodedata.category(letter)[0] in "LM"
 }
+_KATAKANA_TO_HIRAGANA = ord("ァ") - ord("ぁ")
 
 
 def plain_key(text: str) -> str:
@@ -56,14 +78,42 @@ def plain_key(text: str) -> str:
     >>> plain_key("A"), plain_key("\u3000"), plain_key("ф"), plain_key("\x1b[32u"), plain_key("\x1b[A")
     ('a', ' ', 'a', ' ', '\x1b[A')
     """
-    if reported := _REPORTED.fullmatch(text):
-        code = int(reported[2] or reported[1])
-        text = chr(code).replace("\r", ENTER) if code <= 0x10FFFF else text
+    text = _reported(text)
     if len(text) != 1:
         return text
-    text = _BY_PLACE.get(text.lower(), text)
-    simple = unicodedata.normalize("NFKC", text).lower()
+    if text == "\0":  # Ctrl with the space bar
+        return " "
+    if text.lower() in _BY_PLACE:  # before it is made plain, which takes some letters apart
+        return _BY_PLACE[text.lower()]
+    simple = plain_character(text)
+    hiragana = chr(ord(simple) - _KATAKANA_TO_HIRAGANA) if "ァ" <= simple <= "ヶ" else simple
+    return _BY_PLACE.get(hiragana, simple)
+
+
+def plain_character(text: str) -> str:
+    """Return a character without its case and width; by what it says, not by where it lies."""
+    simple = unicodedata.normalize("NFKC", _reported(text)).lower()
     return simple if len(simple) == 1 else text
+
+
+def is_release(text: str) -> bool:
+    """Return whether a terminal says that a key was let go."""
+    found = _REPORTED[0].fullmatch(text)
+    return found is not None and found["event"] == _RELEASED
+
+
+def _reported(text: str) -> str:
+    """Return the character of a key that a terminal reported by its code; others as they are."""
+    found = next((match for pattern in _REPORTED if (match := pattern.fullmatch(text))), None)
+    if found is None:
+        return text
+    parts = found.groupdict()
+    code, modifiers = int(parts.get("base") or parts["code"]), int(parts["modifiers"] or 1) - 1
+    if code > 0x10FFFF or modifiers & ~(_SHIFT | _CTRL | _LOCKS):
+        return text  # with Alt, say, it is another key
+    if modifiers & _CTRL:
+        return chr(ord(chr(code).upper()) & 0x1F) if code < 0x80 else text
+    return chr(code).replace("\r", ENTER)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,17 @@ from typing import Self, TextIO
 from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError
 from autd_trials.inbox import Inbox
-from autd_trials.terminal.keys import CONTROL_KEYS, ESCAPE, Key, KeyDecoder, LineEditor, plain_key
+from autd_trials.terminal.keys import (
+    CONTROL_KEYS,
+    ESCAPE,
+    INTERRUPT,
+    Key,
+    KeyDecoder,
+    LineEditor,
+    is_release,
+    plain_character,
+    plain_key,
+)
 from autd_trials.terminal.raw_mode import KeySource, open_terminal
 
 _ESCAPE_TIMEOUT_S = 0.05  # the rest of an escape sequence follows sooner, also over ssh
@@ -27,7 +37,7 @@ class Terminal:
 
     A key goes to the innermost open question if there is one; else to everybody who subscribed to it, be it
     typed on another layout or with Caps Lock; else, if it is no control key, to who subscribed to all others;
-    else to `commands`. Ctrl-C still makes SIGINT (see `raw_mode.open_terminal`). The terminal's settings are
+    else to `commands`. Ctrl-C still makes SIGINT (see `raw_mode.open_terminal`), also where it comes as a key. The terminal's settings are
     put back by `close`, at exit and on SIGTERM; after ``kill -9`` only ``reset`` in the shell can do that.
 
     Parameters
@@ -184,7 +194,8 @@ class Terminal:
         """
         with self.question() as inbox:
             (show or self._echo)(f"{question} [y/n] ")
-            answers = (plain_key(key) for key in self._answers(inbox, cancelled))
+            # By character, not by place: on a Russian layout the first letter of "no" lies on the key y.
+            answers = (plain_character(key) for key in self._answers(inbox, cancelled))
             yes = next((key for key in answers if key in ("y", "n", ESCAPE)), "n") == "y"
         if show is None:
             self._write("yes\n" if yes else "no\n")
@@ -228,6 +239,11 @@ class Terminal:
             self._lose()
 
     def _route(self, key: Key) -> None:
+        if is_release(key.text):
+            return
+        if plain_character(key.text) == INTERRUPT:
+            os.kill(os.getpid(), signal.SIGINT)
+            return
         with self._lock:
             inboxes, text = self._destination(key.text)
             for inbox in inboxes:

@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from autd_trials.errors import StoppedByPerson
@@ -20,6 +20,9 @@ from autd_trials.testing.studies import make_protocol, start_fields
 
 Answer = Callable[[Mapping[str, Level | None], int], bool | None]
 """Whether a trial was felt, from its conditions and its repetition (from 0); None: the log has no answer."""
+
+
+_FIRST_DAY = datetime(2026, 1, 1, 10, tzinfo=UTC)
 
 
 @dataclass
@@ -56,7 +59,7 @@ class StudyWriter:
         ends: bool = True,
         trials: int | None = None,
         interrupted: Collection[int] = (),
-        start: datetime = datetime(2026, 1, 1, 10, tzinfo=UTC),
+        start: datetime | None = None,
     ) -> Path:
         """Run a session, write its log and return the log's path.
 
@@ -65,7 +68,8 @@ class StudyWriter:
         participant, session
             Their ids; the participant's is a number, the place in the roster.
         answer
-            Which trials are felt. Each is pressed to 0.4 s and its number in ms after the onset.
+            Which trials are felt. Each is pressed to 0.4 s and its number in ms after the onset, and some
+            microseconds by which no two sessions are alike.
         simulated
             Whether the log calls the participant simulated, and the time virtual.
         ends
@@ -75,13 +79,19 @@ class StudyWriter:
         interrupted
             Trials whose first attempt fails, as the responder is lost in it.
         start
-            Wall-clock time at which the session begins; aware.
+            Wall-clock time at which the session begins, aware; a day of its own in 2026 if None.
         """
+        start = start or _FIRST_DAY + timedelta(days=int(participant) - 1, hours=int(session) - 1)
         stage = make_stage(self.protocol, place=int(participant), session=int(session), start=start)
         stage.operator.go_on = len(interrupted)
         stage.script.lost_in = {(trial, 1) for trial in interrupted}
         answers = _answers(stage.plan, answer)
-        stage.script.answer = lambda shown: (0.4 + shown.trial / 1000,) if answers[shown.trial] else ()
+        late_s = (int(participant) - 1) * 1e-5 + (int(session) - 1) * 5e-6  # no two sessions are alike
+        stage.script.answer = lambda shown: (
+            (0.4 + shown.trial / 1000 + late_s,) if answers[shown.trial] else ()
+        )
+        stage.script.kind = "simulated" if simulated else "scripted"
+        stage.operator.confirmed_by = "unattended" if simulated else "person"
         if trials is not None:
             stage.listeners.append(lambda event: _abort_after(stage, event, trials))
         fields = start_fields(self.protocol, stage.plan, participant, session, simulated=simulated)

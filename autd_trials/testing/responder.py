@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from autd_trials.clock import VirtualClock
 from autd_trials.errors import DeviceError
-from autd_trials.responses.responder import Presentation, Press, ResponderInfo
+from autd_trials.responses.responder import Input, Presentation, Press, ResponderInfo
 
 
 @dataclass
@@ -24,13 +24,15 @@ class ScriptedResponder:
         The host time at which it is lost, once; None for never.
     lost_in
         Trial and attempt in which it is lost 0.1 s after the onset.
+    kind
+        What it says that it is.
 
     Attributes
     ----------
     presented
         What it was presented with.
     due
-        Presses that are still to come; a test may add its own.
+        Inputs that are still to come, in order; a test may add its own, unreadable ones too.
     """
 
     clock: VirtualClock
@@ -38,12 +40,13 @@ class ScriptedResponder:
     answer: Callable[[Presentation], Iterable[float]] = lambda _presentation: ()
     lost_at_s: float | None = None
     lost_in: set[tuple[int, int]] = field(default_factory=set)
+    kind: str = "scripted"
     presented: list[Presentation] = field(default_factory=list)
-    due: list[Press] = field(default_factory=list)
+    due: list[Input] = field(default_factory=list)
 
     def open(self) -> ResponderInfo:
         """Begin."""
-        return ResponderInfo(kind="scripted", device="script", time_uncertainty_s=0.0)
+        return ResponderInfo(kind=self.kind, device="script", time_uncertainty_s=0.0)
 
     def present(self, presentation: Presentation) -> None:
         """Take note of what is presented, and of the presses that follow."""
@@ -54,8 +57,8 @@ class ScriptedResponder:
         self.due += [Press(presentation.onset_s + each_s, "a") for each_s in after_s]
         self.due.sort(key=lambda press: press.time_s)
 
-    def read(self, until_s: float) -> list[Press]:
-        """Wait until `until_s` or the next press; see `Responder.read`."""
+    def read(self, until_s: float) -> list[Input]:
+        """Wait until `until_s` or the next input; see `Responder.read`."""
         if self.lost_at_s is not None and until_s >= self.lost_at_s:
             self.clock.sleep_until(self.lost_at_s)
             self.lost_at_s = None

@@ -21,7 +21,7 @@ from tests.conftest import PseudoTerminal
 from tests.responses.conftest import XidPad
 
 SHORT_S = 0.03
-SOON_S = 2.0
+SOON_S = 60.0
 """Long enough for a press to come through on a busy machine; never waited for in full."""
 
 

@@ -10,7 +10,7 @@ from autd_trials.rig.schema import KeyboardSpec
 from autd_trials.terminal import Terminal
 from tests.conftest import PseudoTerminal
 
-SOON_S = 2.0
+SOON_S = 60.0
 
 
 def typed(pty: PseudoTerminal, text: str, keys: tuple[str, ...], count: int) -> tuple[list[Input], list[str]]:

@@ -19,7 +19,7 @@ from autd_trials.responses.serial_box import SerialBox, ftdi_latency_s
 from tests.conftest import PseudoTerminal
 from tests.responses.conftest import XidPad
 
-SOON_S = 2.0
+SOON_S = 60.0
 
 
 def read_inputs(box: SerialBox, done: Callable[[list[Input]], bool]) -> list[Input]:

@@ -95,7 +95,7 @@ def test_line_has_an_end() -> None:
         *[("π", "p"), ("ν", "n"), ("α", "a"), ("פ", "p"), ("מ", "n"), ("ש", "a")],  # Greek, Hebrew
         *[("ㅔ", "p"), ("ㅜ", "n"), ("ㅁ", "a"), ("せ", "p"), ("み", "n"), ("ち", "a")],  # Korean, kana
         *[("\x1b[32u", " "), ("\x1b[97;1u", "a"), ("\x1b[1092::97u", "a"), ("\x1b[13u", "\n")],  # kitty
-        *[("\x1b[97;5u", "\x1b[97;5u"), ("\x1b[9999999u", "\x1b[9999999u")],  # Ctrl-a is not a; no character
+        *[("\x1b[97;5u", "\x01"), ("\x1b[9999999u", "\x1b[9999999u")],  # Ctrl-a is not a; no character
     ],
 )
 def test_the_key_that_is_meant_on_any_layout(typed: str, key: str) -> None:

@@ -1,12 +1,10 @@
 """The terminal over real pseudo-terminals: routing, questions, and that it is always put back."""
 
-import contextlib
 import io
 import os
 import sys
 import termios
 import textwrap
-import threading
 from collections.abc import Iterator
 
 import pexpect
@@ -21,7 +19,8 @@ from autd_trials.terminal import Terminal
 from autd_trials.terminal.keys import Key
 from tests.conftest import PseudoTerminal
 
-SOON_S = 2.0
+SOON_S = 60.0
+"""Long enough on the busiest machine; never waited for in full."""
 CLOCK = RealClock()
 
 
@@ -39,19 +38,30 @@ def take_text(inbox: Inbox[Key], count: int) -> str:
     return "".join(key.text for key in keys)
 
 
-@contextlib.contextmanager
-def typing(pty: PseudoTerminal, *pieces: bytes) -> Iterator[None]:
-    """Type in the background, a piece every 0.15 s, beginning after 0.15 s."""
+class Typist:
+    """Types once a question is shown; keeps all that is shown."""
 
-    def type_all() -> None:
-        for piece in pieces:
-            CLOCK.sleep_until(CLOCK.now_s() + 0.15)
-            pty.send(piece)
+    def __init__(self, pty: PseudoTerminal, text: bytes) -> None:
+        self.shown: list[str] = []
+        self._pty = pty
+        self._text = text
 
-    thread = threading.Thread(target=type_all)
-    thread.start()
-    yield
-    thread.join()
+    def __call__(self, shown: str) -> None:
+        self.shown.append(shown)
+        text, self._text = self._text, b""
+        self._pty.send(text)
+
+
+class TypistBehindAScreen(io.StringIO):
+    """Types once something is written; a screen in whose place a test looks."""
+
+    def __init__(self, pty: PseudoTerminal, text: bytes) -> None:
+        super().__init__()
+        self._typist = Typist(pty, text)
+
+    def write(self, text: str) -> int:
+        self._typist(text)
+        return super().write(text)
 
 
 def test_keys_nobody_wants_are_commands(pty: PseudoTerminal, terminal: Terminal) -> None:
@@ -119,25 +129,23 @@ def test_lone_escape_arrives(pty: PseudoTerminal, terminal: Terminal) -> None:
 def test_note_goes_to_nobody_else(pty: PseudoTerminal, terminal: Terminal) -> None:
     responder = KeyboardResponder(terminal)
     responder.open()
-    shown: list[str] = []
-    with typing(pty, "a pöuse".encode(), b"x\x7f\r"):
-        assert terminal.ask_line("note: ", show=shown.append) == "a pöuse"
-    assert shown[0] == "note: "
-    assert shown[-1] == "note: a pöuse"
+    typist = Typist(pty, "a pöusex\x7f\r".encode())
+    assert terminal.ask_line("note: ", show=typist) == "a pöuse"
+    assert typist.shown[0] == "note: "
+    assert typist.shown[-1] == "note: a pöuse"
     assert responder.read(0.0) == []
     assert terminal.commands.take(0.0) == []
 
 
 def test_note_is_echoed_where_nobody_draws_it(pty: PseudoTerminal) -> None:
-    output = io.StringIO()
-    with Terminal(CLOCK, fd=pty.near, output=output) as terminal, typing(pty, b"hello\r"):
+    output = TypistBehindAScreen(pty, b"hello\r")
+    with Terminal(CLOCK, fd=pty.near, output=output) as terminal:
         assert terminal.ask_line("note: ") == "hello"
     assert output.getvalue().rstrip().endswith("note: hello")
 
 
 def test_note_is_cancelled_by_escape(pty: PseudoTerminal, terminal: Terminal) -> None:
-    with typing(pty, b"no", b"\x1b"):
-        assert terminal.ask_line("note: ") is None
+    assert terminal.ask_line("note: ", show=Typist(pty, b"no\x1b")) is None
 
 
 def test_question_ends_when_cancelled(terminal: Terminal) -> None:
@@ -149,15 +157,13 @@ def test_question_ends_when_cancelled(terminal: Terminal) -> None:
     ("typed", "answer"), [(b"y", True), (b"Y", True), (b"n", False), (b"\x1b", False), (b" \rxy", True)]
 )
 def test_confirm(pty: PseudoTerminal, terminal: Terminal, typed: bytes, answer: bool) -> None:
-    with typing(pty, typed):
-        assert terminal.confirm("headphones on?") is answer
+    assert terminal.confirm("headphones on?", show=Typist(pty, typed)) is answer
 
 
 def test_key_typed_before_the_question_does_not_confirm(pty: PseudoTerminal, terminal: Terminal) -> None:
     pty.send(b"y")
     assert take_text(terminal.commands, 1) == "y"
-    with typing(pty, b"n"):
-        assert not terminal.confirm("headphones on?")
+    assert not terminal.confirm("headphones on?", show=Typist(pty, b"n"))
 
 
 def test_type_ahead_is_discarded(pty: PseudoTerminal) -> None:
@@ -284,3 +290,57 @@ def test_program_in_the_background_is_told_so() -> None:
     )
     child.expect("UsageError.*another job")
     child.close(force=True)
+
+
+@pytest.mark.parametrize(
+    ("typed", "control"),
+    [
+        *zip("pPｐзЗπせセｾㅔㄣยპज", "p" * 14, strict=True),
+        *zip("aAａфαちチﾁㅁㄇשა", "a" * 12, strict=True),
+        *zip("nNｎтνみミㅜㄙ", "n" * 9, strict=True),
+        ("\x1b[97u", "a"),
+        ("\x1b[1092::97u", "a"),
+        ("\x1b[27;2;65~", "a"),
+        ("\x1b[97;65u", "a"),
+        ("\x1b[97;129:1u", "a"),
+    ],
+)
+def test_controls_work_on_every_layout(
+    pty: PseudoTerminal, terminal: Terminal, typed: str, control: str
+) -> None:
+    pty.send(typed.encode())
+    assert take_text(terminal.commands, 1) == control
+
+
+@pytest.mark.parametrize(
+    "typed", [" ", "\u3000", "\u00a0", "\x00", "\x1b[32u", "\x1b[32;5u", "\x1b[27;5;32~"]
+)
+def test_the_space_bar_is_one_key_under_input_methods(
+    pty: PseudoTerminal, terminal: Terminal, typed: str
+) -> None:
+    responder = KeyboardResponder(terminal)
+    responder.open()
+    pty.send(typed.encode())
+    (press,) = responder.read(CLOCK.now_s() + SOON_S)
+    assert isinstance(press, Press)
+    assert press.button == "space"
+
+
+def test_a_key_that_is_let_go_is_no_input(pty: PseudoTerminal, terminal: Terminal) -> None:
+    responder = KeyboardResponder(terminal)
+    responder.open()
+    pty.send(b"\x1b[32;1:3u\x1b[32;1:1u")
+    assert [type(each) for each in responder.read(CLOCK.now_s() + SOON_S)] == [Press]
+
+
+def test_ctrl_c_that_comes_as_a_key_interrupts() -> None:
+    child = spawn("exit")
+    child.send("\x1b[99;5u")
+    child.expect("interrupted")
+    child.expect("ended 0")
+    child.close(force=True)
+
+
+def test_a_letter_of_another_layout_confirms_nothing(pty: PseudoTerminal, terminal: Terminal) -> None:
+    """On a Russian layout the first letter of "no" lies on the key y."""
+    assert not terminal.confirm("headphones on?", show=Typist(pty, "нn".encode()))
