@@ -4,9 +4,9 @@ from autd_trials.adaptive.answers import Answer
 from autd_trials.protocol.method import Range, Staircase
 from autd_trials.protocol.plan import make_plan
 from autd_trials.protocol.schema import Factor, Factors
+from autd_trials.session.adaptive_runs import AdaptiveRuns, possible_stimuli
 from autd_trials.session.events import StimulusStart, TrialStart
 from autd_trials.session.runner import Done
-from autd_trials.session.tracks import Tracks, possible_stimuli
 from autd_trials.testing.stage import Stage
 
 METHOD = Staircase(
@@ -59,28 +59,28 @@ def test_the_exposure_is_that_of_the_level(stage: Stage) -> None:
 
 def test_a_resumed_session_goes_on_from_the_recorded_levels(stage: Stage) -> None:
     plan = adaptive(stage).plan
-    tracks = Tracks(METHOD, plan, {})
+    runs = AdaptiveRuns(METHOD, plan, {})
     first = [trial for trial in plan.trials if trial.block == 1 and trial.trial_type == "stimulus"]
     answers = {}
     for trial in first[:5]:
-        at = tracks.at_its_level(trial)
+        at = runs.at_its_level(trial)
         answers[trial.trial] = Answer(at.stimulus.drive, felt=True)
-        tracks.take_in(at, felt=True)
-    resumed = Tracks(METHOD, plan, answers)
-    assert resumed.at_its_level(first[5]) == tracks.at_its_level(first[5])
+        runs.take_in(at, felt=True)
+    resumed = AdaptiveRuns(METHOD, plan, answers)
+    assert resumed.at_its_level(first[5]) == runs.at_its_level(first[5])
 
     done = frozenset(t.trial for t in plan.trials if t.trial < first[5].trial)
     stage.run(Done(complete=done, answers=answers))
     event = next(e for e in stage.log.events if isinstance(e, StimulusStart))
     assert event.trial == first[5].trial
-    assert event.drive == tracks.at_its_level(first[5]).stimulus.drive
+    assert event.drive == runs.at_its_level(first[5]).stimulus.drive
 
 
 def test_constant_stimuli_stay_as_planned(stage: Stage) -> None:
-    tracks = Tracks(None, stage.plan, {})
+    runs = AdaptiveRuns(None, stage.plan, {})
     for trial in stage.plan.trials:
-        assert tracks.at_its_level(trial) == trial
-        tracks.take_in(trial, felt=True)
+        assert runs.at_its_level(trial) == trial
+        runs.take_in(trial, felt=True)
     assert list(possible_stimuli(stage.protocol, stage.plan.trials)) == []
 
 

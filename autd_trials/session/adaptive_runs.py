@@ -11,11 +11,11 @@ from autd_trials.protocol.plan import Plan, PlannedTrial
 from autd_trials.protocol.schema import Level, Protocol
 from autd_trials.session.devices import array_stimulus
 
-_Track = tuple[int, tuple[tuple[str, Level | None], ...]]
+_Run = tuple[int, tuple[tuple[str, Level | None], ...]]
 
 
-class Tracks:
-    """The tracks of a session: one for each condition of each block, run through each other as planned.
+class AdaptiveRuns:
+    """The adaptive runs of a session: one for each condition of each block, interleaved as planned.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Tracks:
     def __init__(self, method: Method | None, plan: Plan, answers: Mapping[int, Answer]) -> None:
         self._method = method
         self._rule = None if method is None else rule_of(method)
-        self._answers: defaultdict[_Track, list[Answer]] = defaultdict(list)
+        self._answers: defaultdict[_Run, list[Answer]] = defaultdict(list)
         for trial in plan.trials:
             if method is not None and trial.trial in answers:
                 self._answers[run_of(trial, method)].append(answers[trial.trial])
@@ -68,7 +68,7 @@ def _at(trial: PlannedTrial, method: Method, level: float) -> PlannedTrial:
     )
 
 
-def run_of(trial: PlannedTrial, method: Method) -> _Track:
+def run_of(trial: PlannedTrial, method: Method) -> _Run:
     """Return the adaptive run that a trial belongs to: its block and its other conditions."""
     return trial.block, tuple(
         (name, level) for name, level in trial.conditions.items() if name != method.varies
