@@ -30,8 +30,8 @@ _KEY = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 
-# A key as the kitty protocol ("CSI u") reports it: its character, the one on the standard layout, modifiers, and
-# whether it was let go; and as xterm's modifyOtherKeys does.
+# A key as the kitty protocol ("CSI u") reports it: its character, the one on the standard layout, modifiers,
+# and whether it was let go; and as xterm's modifyOtherKeys does.
 _REPORTED = (
     re.compile(
         r"\x1b\[(?P<code>\d{1,7})(?::\d*)?(?::(?P<base>\d{1,7}))?"
@@ -57,8 +57,8 @@ _SAME_PLACES = (
     "ქწერტყუიოპასდფგჰჯკლზხცვბნმ",  # Georgian
     "ौैाीूबहगदजोे्िुपरकतॆंमनवलस",  # Hindi InScript
 )
-"""Written down from the published layouts, not tried on keyboards of each kind. Where two of them have a letter in
-different places, the first one counts."""
+"""Written down from the published layouts, not tried on keyboards of each kind. Where two of them have a letter
+in different places, the first one counts."""
 
 _BY_PLACE = {
     letter: latin
