@@ -119,12 +119,12 @@ def test_false_alarms_are_counted_per_kind_of_block_and_over_all(writer: StudyWr
 
 def test_marginal_rates_weigh_cells_the_same(writer: StudyWriter) -> None:
     # Inner: 60 trials of which all felt at 25 Hz and none elsewhere; one block is cut short.
-    writer.add("01", lambda conditions, repetition: conditions["modulation_hz"] == 25.0, trials=45)
+    writer.add("01", lambda conditions, repetition: conditions["modulation_hz"] == 25.0, trials=32)
     trials = read_trials(writer.folder)
     rates = detection_rates(trials)
     clothing = trials.design.factor("clothing")
     inner, outer = marginal_rates(rates, [clothing])
     assert inner.rate == Fraction(1, 3)
     assert outer.rate is None  # no trial at 100 Hz there
-    assert (outer.felt, outer.n) == (10, 15)
+    assert (outer.felt, outer.n) == (1, 2)
     assert marginal_rates(rates, trials.design.factors) == rates

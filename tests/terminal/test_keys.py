@@ -89,7 +89,8 @@ def test_line_has_an_end() -> None:
 @pytest.mark.parametrize(
     ("typed", "key"),
     [
-        *[(key, key) for key in (" ", "\n", "\t", "7", "ß", "é", "\x1b[A", "\x1b", "\x00")],
+        *[(key, key) for key in (" ", "\n", "\t", "7", "ß", "é", "\x1b[A", "\x1b")],
+        ("\x00", " "),  # Ctrl with the space bar
         *[("P", "p"), ("Ａ", "a"), ("\u3000", " "), ("\u00a0", " ")],  # Caps Lock, wide forms, other spaces
         *[("з", "p"), ("т", "n"), ("ф", "a"), ("Ф", "a")],  # Russian
         *[("π", "p"), ("ν", "n"), ("α", "a"), ("פ", "p"), ("מ", "n"), ("ש", "a")],  # Greek, Hebrew
