@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
-from autd_trials.array.envelope import samples
 from autd_trials.array.backend import START_GRID_NS, Backend, Burst, DeviceStates, Reading, StartRefusedError
 from autd_trials.array.driver import ArrayInfo, Completion, Exposure, Health, Onset, Stimulus
 from autd_trials.array.ears import EarWatch
+from autd_trials.array.envelope import samples
 from autd_trials.array.focus import focus_phases
 from autd_trials.array.geometry import UnitPose, device_poses, transducer_positions_mm
 from autd_trials.array.limits import ExposureMeter, refuse_out_of_reach

@@ -36,17 +36,10 @@ class Terminal:
     """Reads single keys in a thread, stamps each on arrival and routes it.
 
     A key goes to the innermost open question if there is one; else to everybody who subscribed to it, be it
-<<<<<<< HEAD
-    typed on another layout or with Caps Lock; else, if it is no control key, to who subscribed to all others;
-    else to `commands`. Ctrl-C still makes SIGINT (see `raw_mode.open_terminal`), also where it comes as a
-    key. The terminal's settings are put back by `close`, at exit and on SIGTERM; after ``kill -9`` only
-    ``reset`` in the shell can do that.
-=======
     typed on another layout or with Caps Lock; else, if it is no control key, to who subscribed to all
     others; else to `commands`. Ctrl-C still makes SIGINT (see `raw_mode.open_terminal`), also where it
     comes as a key. The terminal's settings are put back by `close`, at exit and on SIGTERM; after ``kill
     -9`` only ``reset`` in the shell can do that.
->>>>>>> responses
 
     Parameters
     ----------
