@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-_LARGEST_CORRELATION = 0.97
-_SIGNIFICANT = 2.0  # standard deviations
 _SMALLEST_VALUE = 1e-12
 _TINY = 1e-300
+_LEAST_LEFT = 0.02  # 1 less the sum of an autoregression's coefficients: at most 2500 terms tell as much as one
 
 
 def long_run_covariance(terms: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
@@ -14,9 +13,11 @@ def long_run_covariance(terms: NDArray[np.float64]) -> tuple[NDArray[np.float64]
 
     The terms have mean 0; the covariance has shape (p, p). As many independent terms would scatter as much.
 
-    The sum of the terms' outer products is right for independent terms only. Andrews (1991, Econometrica 59,
-    817) adds the products of terms some way apart, weighted by the quadratic spectral kernel; its bandwidth
-    follows from the terms' autocorrelation. The result is never smaller than for independent terms.
+    The sum of the terms' outer products is right for independent terms only. So each component is described by
+    an autoregression (Berk, 1974, Annals of Statistics 2, 489), whose order follows from Akaike's criterion: slow
+    noise below much white noise is seen by it too, where the correlation from one term to the next is small. What
+    is left is independent in time, and is scaled up by what the autoregressions make of it at frequency 0. The
+    result is never smaller than for independent terms.
 
     Parameters
     ----------
@@ -29,36 +30,34 @@ def long_run_covariance(terms: NDArray[np.float64]) -> tuple[NDArray[np.float64]
     kept = values > _SMALLEST_VALUE * values.max()
     roots = np.sqrt(values[kept])
     whitened = terms / sizes @ (axes[:, kept] / roots)
-    inflation, turned = np.linalg.eigh(_smoothed(whitened, _bandwidth(whitened)))
-    back = sizes[:, None] * (axes[:, kept] * roots) @ turned
+    summed = np.column_stack([_independent(component) for component in whitened.T])
+    inflation, turned = np.linalg.eigh(summed.T @ summed)
     inflation = inflation.clip(1)
+    back = sizes[:, None] * (axes[:, kept] * roots) @ turned
     covariance: NDArray[np.float64] = back * inflation @ back.T
     return covariance, float(terms.any(axis=1).sum() / inflation.mean())
 
 
-def _bandwidth(whitened: NDArray[np.float64]) -> float:
-    """Return Andrews' bandwidth in terms, from a first-order autoregression of each component."""
-    pairs = whitened[1:].any(axis=1) & whitened[:-1].any(axis=1)
-    now, then = whitened[1:][pairs], whitened[:-1][pairs]
-    products, squares = (now * then).sum(axis=0), ((now**2 + then**2) / 2).sum(axis=0)
-    rho = (products / (squares + _TINY)).clip(0, _LARGEST_CORRELATION)
-    rho[rho < _SIGNIFICANT / np.sqrt(max(len(now), 1))] = 0.0  # not told from independent terms
-    alpha = (4 * rho**2 / (1 - rho) ** 8).sum() / (1 / (1 - rho) ** 4).sum()
-    return float(1.3221 * (alpha * len(whitened)) ** 0.2)
+def _independent(component: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return independent terms whose sum scatters as that of a component, shape (n,)."""
+    coefficients = _autoregression(component)
+    left = np.convolve(component, np.append(1.0, -coefficients))[: len(component)]
+    return left / max(1 - float(coefficients.sum()), _LEAST_LEFT)
 
 
-def _smoothed(whitened: NDArray[np.float64], bandwidth: float) -> NDArray[np.float64]:
-    """Return the sum over all lags of the kernel times the autocovariance, by Fourier transforms."""
-    count = len(whitened)
-    kernel = _quadratic_spectral(np.arange(count) / max(bandwidth, _TINY))
-    weights = np.fft.rfft(np.concatenate([kernel, [0.0], kernel[:0:-1]])).real
-    weights[1:-1] *= 2  # the other half of the spectrum
-    spectrum = np.fft.rfft(whitened, 2 * count, axis=0)
-    smoothed: NDArray[np.float64] = (spectrum.conj().T * weights @ spectrum).real / (2 * count)
-    return smoothed
-
-
-def _quadratic_spectral(lags: NDArray[np.float64]) -> NDArray[np.float64]:
-    z = np.maximum(6 * np.pi / 5 * lags, 1e-4).clip(max=1e8)
-    values: NDArray[np.float64] = 3 / z**2 * (np.sin(z) / z - np.cos(z))
-    return np.where(lags == 0, 1.0, values)
+def _autoregression(component: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the coefficients of an autoregression by Levinson and Durbin, of Akaike's order."""
+    count = len(component)
+    spectrum = np.abs(np.fft.rfft(component, 2 * count)) ** 2
+    covariances = np.fft.irfft(spectrum)[:count]
+    best, coefficients = np.empty(0), np.empty(0)
+    variance = covariances[0]
+    least = criterion = 0.0
+    for order in range(1, min(int(10 * np.log10(max(count, 1))), count // 4) + 1):
+        reflection = (covariances[order] - coefficients @ covariances[order - 1 : 0 : -1]) / (variance + _TINY)
+        coefficients = np.append(coefficients - reflection * coefficients[::-1], reflection)
+        variance *= 1 - reflection**2
+        criterion += count * float(np.log(max(1 - reflection**2, _TINY))) + 2
+        if criterion < least:
+            least, best = criterion, coefficients
+    return best
