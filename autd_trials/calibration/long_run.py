@@ -1,63 +1,82 @@
-"""How much a sum scatters whose terms may be correlated in time: the long-run covariance."""
+"""How much sums over noise scatter that may be correlated in time: the long-run covariance."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 _SMALLEST_VALUE = 1e-12
 _TINY = 1e-300
-_LEAST_LEFT = 0.02  # 1 less the sum of an autoregression's coefficients: at most 2500 terms tell as much as one
 
 
-def long_run_covariance(terms: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Return the covariance of the sum of terms that follow each other in time, and how many count.
+def long_run_covariance(
+    residuals: NDArray[np.float64], derivatives: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], float]:
+    """Return the covariance of the summed products of residuals and derivatives, and how many terms count.
 
-    The terms have mean 0; the covariance has shape (p, p). As many independent terms would scatter as much.
-
-    The sum of the terms' outer products is right for independent terms only. So each component is described by
-    an autoregression (Berk, 1974, Annals of Statistics 2, 489), whose order follows from Akaike's criterion: slow
-    noise below much white noise is seen by it too, where the correlation from one term to the next is small. What
-    is left is independent in time, and is scaled up by what the autoregressions make of it at frequency 0. The
-    result is never smaller than for independent terms.
+    Were the residuals independent in time, the sum of the products' outer products would do, whatever their
+    sizes and shape. Their autocorrelation is described by one autoregression of all components (Berk, 1974,
+    Annals of Statistics 2, 489), whose order follows from Akaike's criterion: slow noise below white noise is
+    seen too. By how much that enlarges the covariance depends on how fast the derivatives change, and follows
+    from both spectra. The result is never smaller than for independent residuals, and larger the more of the
+    slow noise the fit can have taken for its parameters.
 
     Parameters
     ----------
-    terms
-        In the order of time, shape (n, p); zeros where there is none.
+    residuals
+        In the order of time, shape (n, r), with mean 0; zeros where there is none.
+    derivatives
+        Of the residuals, shape (n, r, p); zeros where there is none.
+
+    Returns
+    -------
+    tuple[NDArray[np.float64], float]
+        The covariance, shape (p, p), and how many independent rows would say as much.
     """
-    alone: NDArray[np.float64] = terms.T @ terms
-    sizes = np.sqrt(np.diag(alone)) + _TINY
-    values, axes = np.linalg.eigh(alone / np.outer(sizes, sizes))
+    products = np.einsum("nrp,nr->np", derivatives, residuals)
+    alone = products.T @ products
+    flat = derivatives.reshape(-1, derivatives.shape[2])
+    sizes = np.sqrt((flat**2).sum(axis=0)) + _TINY
+    values, axes = np.linalg.eigh(flat.T @ flat / np.outer(sizes, sizes))
     kept = values > _SMALLEST_VALUE * values.max()
-    roots = np.sqrt(values[kept])
-    whitened = terms / sizes @ (axes[:, kept] / roots)
-    summed = np.column_stack([_independent(component) for component in whitened.T])
-    inflation, turned = np.linalg.eigh(summed.T @ summed)
+    whitening = axes[:, kept] / np.sqrt(values[kept]) / sizes[:, None]
+    inflation, turned = np.linalg.eigh(_correlated(derivatives @ whitening, _autoregression(residuals)))
     inflation = inflation.clip(1)
-    back = sizes[:, None] * (axes[:, kept] * roots) @ turned
-    covariance: NDArray[np.float64] = back * inflation @ back.T
-    return covariance, float(terms.any(axis=1).sum() / inflation.mean())
+    back = np.linalg.pinv(whitening).T @ turned  # from directions that are enlarged alike
+    there = whitening @ turned
+    roots = back * np.sqrt(inflation) @ there.T
+    rows = float(residuals.any(axis=1).sum())
+    counted = rows / float(inflation.mean())
+    hidden = kept.sum() * (1 - counted / max(rows, 1.0))  # slow noise that the fit took for its parameters
+    covariance: NDArray[np.float64] = roots @ alone @ roots.T * (counted / max(counted - hidden, 1.0))
+    return covariance, counted
 
 
-def _independent(component: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return independent terms whose sum scatters as that of a component, shape (n,)."""
-    coefficients = _autoregression(component)
-    left = np.convolve(component, np.append(1.0, -coefficients))[: len(component)]
-    return left / max(1 - float(coefficients.sum()), _LEAST_LEFT)
+def _correlated(derivatives: NDArray[np.float64], coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the covariance of summed products with an autoregression of variance 1, shape (p, p)."""
+    count = len(derivatives)
+    response = np.fft.rfft(np.append(1.0, -coefficients), 4 * count)
+    correlations = np.fft.irfft(1 / np.maximum(np.abs(response) ** 2, _TINY))[:count]
+    correlations = correlations / correlations[0]
+    power = np.fft.rfft(np.concatenate([correlations, [0.0], correlations[:0:-1]])).real.clip(0)
+    power[1:-1] *= 2  # the other half of the spectrum
+    spectra = np.fft.rfft(derivatives, 2 * count, axis=0)
+    flat = (spectra * np.sqrt(power)[:, None, None]).reshape(-1, derivatives.shape[2])
+    covariance: NDArray[np.float64] = (flat.conj().T @ flat).real / (2 * count)
+    return covariance
 
 
-def _autoregression(component: NDArray[np.float64]) -> NDArray[np.float64]:
+def _autoregression(residuals: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the coefficients of an autoregression by Levinson and Durbin, of Akaike's order."""
-    count = len(component)
-    spectrum = np.abs(np.fft.rfft(component, 2 * count)) ** 2
+    count = len(residuals)
+    spectrum = (np.abs(np.fft.rfft(residuals, 2 * count, axis=0)) ** 2).sum(axis=1)
     covariances = np.fft.irfft(spectrum)[:count]
+    variance, criterion, least = covariances[0], 0.0, 0.0
     best, coefficients = np.empty(0), np.empty(0)
-    variance = covariances[0]
-    least = criterion = 0.0
     for order in range(1, min(int(10 * np.log10(max(count, 1))), count // 4) + 1):
-        reflection = (covariances[order] - coefficients @ covariances[order - 1 : 0 : -1]) / (variance + _TINY)
+        expected = coefficients @ covariances[order - 1 : 0 : -1]
+        reflection = float((covariances[order] - expected) / (variance + _TINY))
         coefficients = np.append(coefficients - reflection * coefficients[::-1], reflection)
         variance *= 1 - reflection**2
-        criterion += count * float(np.log(max(1 - reflection**2, _TINY))) + 2
+        criterion += 3 * count * float(np.log(max(1 - reflection**2, _TINY))) + 2  # three coordinates a row
         if criterion < least:
             least, best = criterion, coefficients
     return best
