@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-_SMALLEST_VALUE = 1e-12
+_SMALLEST_VALUE = 1e-9  # of the largest: what the rows do not see at all
 _TINY = 1e-300
 
 
@@ -37,12 +37,12 @@ def long_run_covariance(
     sizes = np.sqrt((flat**2).sum(axis=0)) + _TINY
     values, axes = np.linalg.eigh(flat.T @ flat / np.outer(sizes, sizes))
     kept = values > _SMALLEST_VALUE * values.max()
-    whitening = axes[:, kept] / np.sqrt(values[kept]) / sizes[:, None]
+    lengths = np.sqrt(values[kept])
+    whitening = axes[:, kept] / lengths / sizes[:, None]
     inflation, turned = np.linalg.eigh(_correlated(derivatives @ whitening, _autoregression(residuals)))
     inflation = inflation.clip(1)
-    back = np.linalg.pinv(whitening).T @ turned  # from directions that are enlarged alike
-    there = whitening @ turned
-    roots = back * np.sqrt(inflation) @ there.T
+    back = sizes[:, None] * axes[:, kept] * lengths
+    roots = back @ (turned * np.sqrt(inflation)) @ (whitening @ turned).T
     rows = float(residuals.any(axis=1).sum())
     counted = rows / float(inflation.mean())
     hidden = kept.sum() * (1 - counted / max(rows, 1.0))  # slow noise that the fit took for its parameters
