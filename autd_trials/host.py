@@ -66,8 +66,9 @@ class HeldFile:
             if self.intact:
                 break
             os.close(self._descriptor)  # removed between opening and holding: others would hold another file
-        os.ftruncate(self._descriptor, 0)
-        os.write(self._descriptor, str(os.getpid()).encode())
+        with contextlib.suppress(OSError):  # on a full disk the hold is as good without the number
+            os.ftruncate(self._descriptor, 0)
+            os.write(self._descriptor, str(os.getpid()).encode())
 
     @property
     def intact(self) -> bool:

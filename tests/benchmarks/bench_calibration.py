@@ -22,7 +22,6 @@ from scipy.spatial.transform import Rotation
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-import protocols
 from autd_trials.acoustics.air import Air
 from autd_trials.array.geometry import moved
 from autd_trials.calibration.acoustic.microphone import Microphone, advised_points_mm, listen
@@ -36,6 +35,7 @@ from autd_trials.calibration.sensor_model import SensorNoise
 from autd_trials.calibration.sensors.synthetic import SyntheticSensor
 from autd_trials.calibration.target import RADIUS_MM, find_target
 from autd_trials.errors import UsageError
+from autd_trials.yamlfile.shipped import find_file
 from tests.calibration.scenes import record, scene
 from tests.calibration.situations import Judged, Situation, judge
 
@@ -173,7 +173,8 @@ def hear(sound: Sound, seed: int) -> tuple[float, float] | None:
 def heard(seed: int, shift_mm: float, turn_deg: float, amplitude_only: bool) -> tuple[float, float]:
     """32 microphone points known to 0.1 mm, 54 transducers of unit 2, air 1 degree (sd) from what is told."""
     generator = np.random.default_rng([5, seed])
-    units = load_calibration(Path(protocols.__path__[0], "rigs", "emulated-calibration.yaml"))[0].unit_poses()
+    shipped = find_file("emulated-calibration", kind="calibration", folder="rigs")
+    units = load_calibration(shipped)[0].unit_poses()
     shift, turn = (size * direction(generator) for size in (shift_mm, turn_deg))
     start = [units[0], moved(units[1], shift, turn)]
     air, microphone = Air(20.0), Microphone(0.1, amplitude_only=amplitude_only)

@@ -11,7 +11,7 @@ from autd_trials.array.geometry import UnitPose, moved
 from autd_trials.calibration.budget_figure import draw_error_budget
 from autd_trials.calibration.file import load_calibration
 from autd_trials.calibration.pose_error import ErrorCost, energy_left, error_budget
-from protocols import rigs
+from autd_trials.yamlfile.shipped import find_file
 
 AIR = Air()
 B_MM = (302.0, 225.0, 1000.0)
@@ -20,8 +20,8 @@ NO_TURN = np.zeros(3)
 
 @pytest.fixture(scope="module")
 def units() -> list[UnitPose]:
-    assert rigs.__file__
-    return load_calibration(Path(rigs.__file__).with_name("emulated-calibration.yaml"))[0].unit_poses()
+    shipped = find_file("emulated", kind="rig", folder="rigs")
+    return load_calibration(shipped.with_name("emulated-calibration.yaml"))[0].unit_poses()
 
 
 @pytest.fixture(scope="module")

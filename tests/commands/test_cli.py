@@ -91,7 +91,7 @@ def test_check_warns_where_nothing_is_left_for_a_trial_that_is_run_again(
     safety = {"longest_burst_s": 1, "largest_duty": 0.5, "session_exposure_s": 1.3}
     done = run("check", write_protocol(safety=safety))
     assert done.code == 0
-    assert "the exposure limit of the protocol leaves 0.1 s, not enough to run a trial again" in done.err
+    assert "the exposure limits leave 0.1 s, not enough to run a trial again" in done.err
     assert "leaves" not in run("check", "chest").err
 
 
