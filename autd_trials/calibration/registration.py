@@ -15,7 +15,8 @@ from autd_trials.calibration.sensor_model import Sensor
 from autd_trials.errors import UsageError
 
 _ENOUGH_FOR_THE_NOISE = 1000  # points
-_GATE_PASSES = 2  # points at the gate hardly weigh anything
+_GATE_PASSES = 3
+_SETTLED_SHARE = 2e-3  # of the points may change sides: those at the gate hardly weigh anything
 _FEWEST_INLIERS = 6
 _NO_COMMON_MOTION_MM = 50.0  # right pairs were seen to scatter by 25 mm with a bad sensor
 _MIRRORED_RATIO = 0.5
@@ -98,11 +99,14 @@ def register_jointly(
         sensors or [Sensor()] * len(observed_mm),
         velocities_mm_s,
     )
-    for _ in range(_GATE_PASSES):
+    for number in range(_GATE_PASSES):
         then_mm = observed_mm
         if velocities_mm_s is not None:
             then_mm = observed_mm + estimate.clock_steps_s[:, None, None] * velocities_mm_s
-        inliers = _consistent(then_mm, estimate, known)
+        new = _consistent(then_mm, estimate, known)
+        if number > 0 and (new != inliers).mean() < _SETTLED_SHARE:
+            break
+        inliers = new
         counted = np.where(inliers[..., None], observed_mm, np.nan)
         estimate = fit_jointly(counted, estimate.motions, known, velocities_mm_s=velocities_mm_s, wands=wands)
     return Registered(estimate.motions, inliers, estimate.places(then_mm), estimate, estimate.clock_steps_s)
