@@ -285,7 +285,7 @@ def test_bids_events_need_only_the_factors_to_be_named(chest: StudyWriter) -> No
     assert trials.participants == ("03",)
     assert trials.table["session"].unique().tolist() == ["01"]
     assert int(trials.table["felt"].sum()) == sum(CHEST_COUNTS[2])
-    assert trials.table["onset_lateness_s"].eq(0).all()
+    assert trials.table["onset_lateness_s"].between(0, 0.00025).all()  # the devices' grid
 
 
 def test_bids_events_without_a_factor_are_told_what_there_is(chest: StudyWriter) -> None:
