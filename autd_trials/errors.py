@@ -1,4 +1,4 @@
-"""What can go wrong, sorted by what the caller's shell is told (the exit code)."""
+"""What can go wrong, sorted by exit code."""
 
 from typing import ClassVar
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import yaml
+from autd_analysis.output import write_results
+from autd_analysis.study import Results, analyse
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from analysis.output import write_results
-from analysis.study import Results, analyse
 from autd_trials.array.geometry import moved
 from autd_trials.calibration.file import load_calibration
 from autd_trials.calibration.sensors.scene import LoadedScene

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from autd_analysis.models.planned import mixed_model_test
+from autd_analysis.pooled import chi_squared_p
+from autd_analysis.power.fast import paired_t_p, sign_flip_p
+from autd_analysis.power.model import Counts, PlannedContrast, StudyModel, study_model
 from joblib import Parallel, delayed
 from marks import fill
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.models.planned import mixed_model_test
-from analysis.pooled import chi_squared_p
-from analysis.power.fast import paired_t_p, sign_flip_p
-from analysis.power.model import Counts, PlannedContrast, StudyModel, study_model
 from autd_trials.protocol.load import find_protocol, load_protocol
 
 PAGE = Path(__file__).parent / "paper.md"

@@ -12,21 +12,21 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
+from autd_analysis.comparisons import ComparisonResult, planned_comparisons
+from autd_analysis.exact import wilcoxon_test
+from autd_analysis.interaction import interactions, trends
+from autd_analysis.intervals import Interval, wilson_interval
+from autd_analysis.models.cell_model import cell_models
+from autd_analysis.models.other_models import other_estimates
+from autd_analysis.models.planned import mixed_model_test
+from autd_analysis.order_effects import order_effects
+from autd_analysis.power.model import Counts, PlannedContrast, StudyModel, study_model
+from autd_analysis.power.run import Question, power_analysis
+from autd_analysis.trial_table import TrialRow
+from autd_analysis.trials import Trials, data_frame
 from joblib import Parallel, delayed
 from marks import fill
 
-from analysis.comparisons import ComparisonResult, planned_comparisons
-from analysis.exact import wilcoxon_test
-from analysis.interaction import interactions, trends
-from analysis.intervals import Interval, wilson_interval
-from analysis.models.cell_model import cell_models
-from analysis.models.other_models import other_estimates
-from analysis.models.planned import mixed_model_test
-from analysis.order_effects import order_effects
-from analysis.power.model import Counts, PlannedContrast, StudyModel, study_model
-from analysis.power.run import Question, power_analysis
-from analysis.trial_table import TrialRow
-from analysis.trials import Trials, data_frame
 from autd_trials.protocol.load import find_protocol, load_protocol
 
 PAGE = Path(__file__).parent / "statistics.md"

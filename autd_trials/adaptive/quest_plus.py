@@ -26,7 +26,7 @@ SURE = 0.9
 """How probable it must be that a threshold lies beyond the levels to be said to."""
 
 LARGEST_SHARE_OF_PRIOR = 1 / 3
-"""With a larger part of the prior's spread left the answers tell no threshold."""
+"""With a larger part of the prior's spread left the threshold is undetermined."""
 
 _BEYOND = {1: "over the largest", -1: "under the smallest"}
 

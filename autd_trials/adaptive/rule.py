@@ -14,10 +14,10 @@ from autd_trials.protocol.method import Method, Staircase
 
 
 class Rule(Protocol):
-    """How a method chooses the levels of a track: of the trials of one condition in one block."""
+    """How a method chooses the levels of an adaptive run: of the trials of one condition in one block."""
 
     def next_level(self, answers: Sequence[Answer]) -> float:
-        """Return the level of the next trial, from the track's answers in the order in which they came."""
+        """Return the level of the next trial, from the run's answers in the order in which they came."""
 
     def estimate(self, answers: Sequence[Answer]) -> Estimate:
         """Return the threshold that the answers tell."""

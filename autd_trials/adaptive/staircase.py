@@ -9,7 +9,7 @@ from autd_trials.adaptive.answers import Answer, Estimate
 from autd_trials.protocol.method import Staircase
 
 FEWEST_REVERSALS = 4
-"""With fewer reversals no threshold is told."""
+"""With fewer reversals no threshold is estimated."""
 
 LARGEST_SHARE_CUT_OFF = 1 / 6
 """Where more of the turns would have left the range at one end the reversals are held there, and their mean

@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
-from autd_trials.array import envelope
 from autd_trials.array.backend import START_GRID_NS, Backend, Burst, DeviceStates, Reading, StartRefusedError
 from autd_trials.array.driver import ArrayInfo, Completion, Exposure, Health, Onset, Stimulus
 from autd_trials.array.ears import EarWatch
+from autd_trials.array.envelope import samples
 from autd_trials.array.focus import focus_phases
 from autd_trials.array.geometry import UnitPose, device_poses, transducer_positions_mm
 from autd_trials.array.limits import ExposureMeter, refuse_out_of_reach
@@ -244,7 +244,7 @@ class PhasedArray:
         if self._ears:
             self._ears.refuse_unsafe(stimulus)
         phases = focus_phases(self._transducers_mm, stimulus.target_mm, self._speed_of_sound_m_s)
-        return Burst(envelope.samples(stimulus), phases, _intensity(stimulus.drive))
+        return Burst(samples(stimulus), phases, _intensity(stimulus.drive))
 
     def _start_once(self, stimulus: Stimulus, burst: Burst, requested_s: float) -> Onset | None:
         """Start as soon as the lead allows; None, silent and loaded again, if it was refused as too close."""

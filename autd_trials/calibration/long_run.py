@@ -1,64 +1,82 @@
-"""How much a sum scatters whose terms may be correlated in time: the long-run covariance."""
+"""How much sums over noise scatter that may be correlated in time: the long-run covariance."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-_LARGEST_CORRELATION = 0.97
-_SIGNIFICANT = 2.0  # standard deviations
-_SMALLEST_VALUE = 1e-12
+_SMALLEST_VALUE = 1e-9  # of the largest: what the rows do not see at all
 _TINY = 1e-300
 
 
-def long_run_covariance(terms: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Return the covariance of the sum of terms that follow each other in time, and how many count.
+def long_run_covariance(
+    residuals: NDArray[np.float64], derivatives: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], float]:
+    """Return the covariance of the summed products of residuals and derivatives, and how many terms count.
 
-    The terms have mean 0; the covariance has shape (p, p). As many independent terms would scatter as much.
-
-    The sum of the terms' outer products is right for independent terms only. Andrews (1991, Econometrica 59,
-    817) adds the products of terms some way apart, weighted by the quadratic spectral kernel; its bandwidth
-    follows from the terms' autocorrelation. The result is never smaller than for independent terms.
+    Were the residuals independent in time, the sum of the products' outer products would do, whatever their
+    sizes and shape. Their autocorrelation is described by one autoregression of all components (Berk, 1974,
+    Annals of Statistics 2, 489), whose order follows from Akaike's criterion: slow noise below white noise is
+    seen too. By how much that enlarges the covariance depends on how fast the derivatives change, and follows
+    from both spectra. The result is never smaller than for independent residuals, and larger the more of the
+    slow noise the fit can have taken for its parameters.
 
     Parameters
     ----------
-    terms
-        In the order of time, shape (n, p); zeros where there is none.
+    residuals
+        In the order of time, shape (n, r), with mean 0; zeros where there is none.
+    derivatives
+        Of the residuals, shape (n, r, p); zeros where there is none.
+
+    Returns
+    -------
+    tuple[NDArray[np.float64], float]
+        The covariance, shape (p, p), and how many independent rows would say as much.
     """
-    alone: NDArray[np.float64] = terms.T @ terms
-    sizes = np.sqrt(np.diag(alone)) + _TINY
-    values, axes = np.linalg.eigh(alone / np.outer(sizes, sizes))
+    products = np.einsum("nrp,nr->np", derivatives, residuals)
+    alone = products.T @ products
+    flat = derivatives.reshape(-1, derivatives.shape[2])
+    sizes = np.sqrt((flat**2).sum(axis=0)) + _TINY
+    values, axes = np.linalg.eigh(flat.T @ flat / np.outer(sizes, sizes))
     kept = values > _SMALLEST_VALUE * values.max()
-    roots = np.sqrt(values[kept])
-    whitened = terms / sizes @ (axes[:, kept] / roots)
-    inflation, turned = np.linalg.eigh(_smoothed(whitened, _bandwidth(whitened)))
-    back = sizes[:, None] * (axes[:, kept] * roots) @ turned
+    lengths = np.sqrt(values[kept])
+    whitening = axes[:, kept] / lengths / sizes[:, None]
+    inflation, turned = np.linalg.eigh(_correlated(derivatives @ whitening, _autoregression(residuals)))
     inflation = inflation.clip(1)
-    covariance: NDArray[np.float64] = back * inflation @ back.T
-    return covariance, float(terms.any(axis=1).sum() / inflation.mean())
+    back = sizes[:, None] * axes[:, kept] * lengths
+    roots = back @ (turned * np.sqrt(inflation)) @ (whitening @ turned).T
+    rows = float(residuals.any(axis=1).sum())
+    counted = rows / float(inflation.mean())
+    hidden = kept.sum() * (1 - counted / max(rows, 1.0))  # slow noise that the fit took for its parameters
+    covariance: NDArray[np.float64] = roots @ alone @ roots.T * (counted / max(counted - hidden, 1.0))
+    return covariance, counted
 
 
-def _bandwidth(whitened: NDArray[np.float64]) -> float:
-    """Return Andrews' bandwidth in terms, from a first-order autoregression of each component."""
-    pairs = whitened[1:].any(axis=1) & whitened[:-1].any(axis=1)
-    now, then = whitened[1:][pairs], whitened[:-1][pairs]
-    products, squares = (now * then).sum(axis=0), ((now**2 + then**2) / 2).sum(axis=0)
-    rho = (products / (squares + _TINY)).clip(0, _LARGEST_CORRELATION)
-    rho[rho < _SIGNIFICANT / np.sqrt(max(len(now), 1))] = 0.0  # not told from independent terms
-    alpha = (4 * rho**2 / (1 - rho) ** 8).sum() / (1 / (1 - rho) ** 4).sum()
-    return float(1.3221 * (alpha * len(whitened)) ** 0.2)
+def _correlated(derivatives: NDArray[np.float64], coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the covariance of summed products with an autoregression of variance 1, shape (p, p)."""
+    count = len(derivatives)
+    response = np.fft.rfft(np.append(1.0, -coefficients), 4 * count)
+    correlations = np.fft.irfft(1 / np.maximum(np.abs(response) ** 2, _TINY))[:count]
+    correlations = correlations / correlations[0]
+    power = np.fft.rfft(np.concatenate([correlations, [0.0], correlations[:0:-1]])).real.clip(0)
+    power[1:-1] *= 2  # the other half of the spectrum
+    spectra = np.fft.rfft(derivatives, 2 * count, axis=0)
+    flat = (spectra * np.sqrt(power)[:, None, None]).reshape(-1, derivatives.shape[2])
+    covariance: NDArray[np.float64] = (flat.conj().T @ flat).real / (2 * count)
+    return covariance
 
 
-def _smoothed(whitened: NDArray[np.float64], bandwidth: float) -> NDArray[np.float64]:
-    """Return the sum over all lags of the kernel times the autocovariance, by Fourier transforms."""
-    count = len(whitened)
-    kernel = _quadratic_spectral(np.arange(count) / max(bandwidth, _TINY))
-    weights = np.fft.rfft(np.concatenate([kernel, [0.0], kernel[:0:-1]])).real
-    weights[1:-1] *= 2  # the other half of the spectrum
-    spectrum = np.fft.rfft(whitened, 2 * count, axis=0)
-    smoothed: NDArray[np.float64] = (spectrum.conj().T * weights @ spectrum).real / (2 * count)
-    return smoothed
-
-
-def _quadratic_spectral(lags: NDArray[np.float64]) -> NDArray[np.float64]:
-    z = np.maximum(6 * np.pi / 5 * lags, 1e-4).clip(max=1e8)
-    values: NDArray[np.float64] = 3 / z**2 * (np.sin(z) / z - np.cos(z))
-    return np.where(lags == 0, 1.0, values)
+def _autoregression(residuals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the coefficients of an autoregression by Levinson and Durbin, of Akaike's order."""
+    count = len(residuals)
+    spectrum = (np.abs(np.fft.rfft(residuals, 2 * count, axis=0)) ** 2).sum(axis=1)
+    covariances = np.fft.irfft(spectrum)[:count]
+    variance, criterion, least = covariances[0], 0.0, 0.0
+    best, coefficients = np.empty(0), np.empty(0)
+    for order in range(1, min(int(10 * np.log10(max(count, 1))), count // 4) + 1):
+        expected = coefficients @ covariances[order - 1 : 0 : -1]
+        reflection = float((covariances[order] - expected) / (variance + _TINY))
+        coefficients = np.append(coefficients - reflection * coefficients[::-1], reflection)
+        variance *= 1 - reflection**2
+        criterion += 3 * count * float(np.log(max(1 - reflection**2, _TINY))) + 2  # three coordinates a row
+        if criterion < least:
+            least, best = criterion, coefficients
+    return best

@@ -173,10 +173,13 @@ class Problem:
         curvature = self._curvature_and_slope(terms, state)[0]
         bread = curvature + 2 * np.einsum("np,nq,n->pq", slopes, slopes, changes)
         scatter = self._beside_the_points(state)[0]
-        full = np.zeros((len(self._shared), slopes.shape[1]))
-        full[self._shared] = weights[:, None] * slopes
+        rows = len(self._shared)
+        residuals = np.zeros((rows, terms.residuals.shape[1]))
+        derivatives = np.zeros((*residuals.shape, int(self.uncertain.sum())))
+        residuals[self._shared] = weights[:, None] * terms.residuals / state.noise_scale**2
+        derivatives[self._shared] = terms.derivatives[..., self.uncertain]
         kept = np.ix_(self.uncertain, self.uncertain)
-        scatter[kept] += _of_few(*long_run_covariance(full[:, self.uncertain]))
+        scatter[kept] += _of_few(*long_run_covariance(residuals, derivatives))
         inverse = np.linalg.inv(bread[kept])
         covariance: NDArray[np.float64] = np.zeros_like(bread)
         covariance[kept] = inverse @ scatter[kept] @ inverse

@@ -127,12 +127,17 @@ class _Path:
 def _time_step_s(
     path: _Path, first: Track, offset_s: float, seen: NDArray[np.bool_], found: Registration
 ) -> float:
-    """Return by how much the offset should change: the gaps' part along the velocity, by least squares."""
+    """Return by how much the offset should change, by least squares over time and pose together."""
     time_s = (first.time_s + offset_s)[seen][found.inliers]
-    gaps_mm = first.points_mm[seen][found.inliers] - found.motion.apply(path.at(time_s))
+    places_mm = found.motion.apply(path.at(time_s))
+    gaps_mm = first.points_mm[seen][found.inliers] - places_mm
     velocity = path.velocity(time_s) @ found.motion.rotation.T
-    square = float((velocity**2).sum())
-    return float((velocity * gaps_mm).sum()) / square if square > 0 else 0.0
+    arms = places_mm - places_mm.mean(axis=0)
+    turns = np.cross(np.eye(3), arms[:, None, :]).transpose(0, 2, 1)
+    shifts = np.broadcast_to(np.eye(3), turns.shape)
+    moves = np.concatenate([velocity[:, :, None], turns, shifts], axis=2)
+    step: Vectors = np.linalg.lstsq(moves.reshape(-1, 7), gaps_mm.ravel(), rcond=None)[0]
+    return float(step[0])
 
 
 def _without_spikes(track: Track) -> Track:

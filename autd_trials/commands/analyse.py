@@ -11,7 +11,8 @@ from autd_trials.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.study import Results
+    from autd_analysis.study import Results
+
     from autd_trials.protocol.schema import Comparison
 
 
@@ -56,8 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Analyse the study and write the results."""
-    from analysis.output import results_json, write_results
-    from analysis.summary import plain_words
+    from autd_analysis.output import results_json, write_results
+    from autd_analysis.summary import plain_words
 
     results, folder = _analyse(options)
     write_results(results, folder)
@@ -71,8 +72,9 @@ def execute(options: argparse.Namespace) -> int:
 
 def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
     """Return the results and the folder where they go."""
-    from analysis.any_table import TableRequest, read_any_table
-    from analysis.study import analyse, results_of
+    from autd_analysis.any_table import TableRequest, read_any_table
+    from autd_analysis.study import analyse, results_of
+
     from autd_trials.records.layout import analysis_folder
 
     if options.study.is_file():

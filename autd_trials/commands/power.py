@@ -14,8 +14,8 @@ from autd_trials.errors import DeviceError, UsageError
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from analysis.power.model import StudyModel
-    from analysis.power.run import PowerRow
+    from autd_analysis.power.model import StudyModel
+    from autd_analysis.power.run import PowerRow
 
 _TESTS = ("sign_flip", "paired_t", "mixed_model")
 _FEWEST, _MOST = 3, 200
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Simulate studies and say how often they find what they look for."""
-    from analysis.power.run import Question, power_analysis
+    from autd_analysis.power.run import Question, power_analysis
 
     _refuse_nonsense(options)
     model = _model(options)
@@ -106,8 +106,9 @@ def _refuse_nonsense(options: argparse.Namespace) -> None:
 
 
 def _model(options: argparse.Namespace) -> "StudyModel":
-    from analysis.design import protocol_design
-    from analysis.power.model import read_rates, study_model
+    from autd_analysis.design import protocol_design
+    from autd_analysis.power.model import read_rates, study_model
+
     from autd_trials.protocol.load import find_protocol, load_protocol_with_sha256
 
     protocol = load_protocol_with_sha256(find_protocol(options.protocol))[0]
@@ -152,8 +153,8 @@ def _plain(rows: "Sequence[PowerRow]") -> list[dict[str, Any]]:
 
 
 def _write(rows: "Sequence[PowerRow]", options: argparse.Namespace, population: str) -> None:
-    from analysis.power.figure import draw_power
-    from analysis.power.table import power_tsv
+    from autd_analysis.power.figure import draw_power
+    from autd_analysis.power.table import power_tsv
 
     table = power_tsv(rows, alpha=options.alpha, seed=options.seed, population=population)
     try:

@@ -127,7 +127,7 @@ def _simulated_participants(options: argparse.Namespace) -> list[str]:
 
 
 def _export(study: Path) -> None:
-    """Make the data set; a failure is told but does not hide how the session ended."""
+    """Make the data set; a failure is reported but does not hide how the session ended."""
     from autd_trials.commands.integrity import say_of_records
     from autd_trials.records.bids import export_study
     from autd_trials.records.layout import log_paths

@@ -1,4 +1,4 @@
-"""What goes on in a session at a moment, as the experimenter is told."""
+"""What goes on in a session at a moment, as it is shown to the experimenter."""
 
 from typing import Literal
 

@@ -1,7 +1,7 @@
 """Writing files that people may have edited, so that nothing of theirs is lost.
 
 What was made last is kept in ``sourcedata/made/``: what a file has besides is people's. It is carried into
-the new file; where that cannot be done, the edited file is laid into ``sourcedata/edited/`` and that is told.
+the new file; where that cannot be done, it is laid into ``sourcedata/edited/``, with a remark.
 """
 
 import json

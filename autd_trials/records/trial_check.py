@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from autd_trials.protocol.plan import PlannedTrial
 from autd_trials.protocol.schema import StimulusSpec
+from autd_trials.session.adaptive_runs import AdaptiveRuns
 from autd_trials.session.events import (
     BlockStart,
     Event,
@@ -18,7 +19,6 @@ from autd_trials.session.events import (
     TrialEnd,
     TrialStart,
 )
-from autd_trials.session.tracks import Tracks
 
 Found = Iterator[tuple[int, str]]
 _ROUNDING_S = 2.5e-6
@@ -57,7 +57,7 @@ class _Trials:
         self._protocol = start.protocol
         self._window_s = start.protocol.timing.response_window_s
         self._plan = {trial.trial: trial for trial in start.plan.trials}
-        self._tracks = Tracks(start.protocol.method, start.plan, {})
+        self._adaptive_runs = AdaptiveRuns(start.protocol.method, start.plan, {})
         self._attempts: dict[tuple[int, int], _Attempt] = {}
         self._running: _Attempt | None = None
         self._ready_t_s: float | None = None
@@ -89,7 +89,7 @@ class _Trials:
                 pass
 
     def _take_start(self, event: TrialStart) -> Iterator[str]:
-        planned = self._tracks.at_its_level(self._plan[event.trial])
+        planned = self._adaptive_runs.at_its_level(self._plan[event.trial])
         if event.conditions != planned.conditions:
             yield f"the conditions of trial {event.trial} are not those of the plan and the answers before"
         self._running = _Attempt(planned, event)
@@ -187,7 +187,7 @@ class _Trials:
                 f"the answer to trial {event.trial} is {event.response} ({event.response_time_s}), but its "
                 f"presses say {'felt' if first else 'not_felt'} ({response_time_s})"
             )
-        self._tracks.take_in(attempt.planned, felt=event.response == "felt")
+        self._adaptive_runs.take_in(attempt.planned, felt=event.response == "felt")
         if attempt.stimulus is None:
             return
         end_t_s = attempt.stimulus.onset_t_s + self._window_s

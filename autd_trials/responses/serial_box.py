@@ -18,7 +18,7 @@ _HOST_UNCERTAINTY_S = 0.005
 """99 % of presses over a pseudo-terminal were stamped within this; measured (docs/decisions/0037)."""
 
 _USB_FRAME_S = 0.001
-"""Polling interval of full-speed USB; stands for the adapter where it tells no latency."""
+"""Polling interval of full-speed USB; stands for the adapter where the adapter reports no latency."""
 
 _BITS_PER_BYTE = 10  # with start and stop bit
 _HANDSHAKE_TIMEOUT_S = 1.0

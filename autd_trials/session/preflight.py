@@ -9,8 +9,8 @@ from autd_trials.array.driver import ArrayDriver
 from autd_trials.errors import UnsafeError
 from autd_trials.protocol.plan import Plan, PlannedTrial
 from autd_trials.protocol.schema import Protocol, Timing
+from autd_trials.session.adaptive_runs import possible_stimuli, run_of
 from autd_trials.session.devices import array_stimulus
-from autd_trials.session.tracks import possible_stimuli, run_of
 from autd_trials.stimulus import Excess, Limits, duty_of_equal_bursts, exposure_s, total_exposure_s
 
 _FEW_TRIALS = 10

@@ -9,6 +9,7 @@ from autd_trials.clock import Clock
 from autd_trials.errors import DeviceError, StoppedByPerson, TrialsError
 from autd_trials.protocol.plan import Plan, PlannedBlock, PlannedTrial
 from autd_trials.protocol.schema import Protocol
+from autd_trials.session.adaptive_runs import AdaptiveRuns
 from autd_trials.session.devices import Devices, array_stimulus
 from autd_trials.session.events import BlockStart, Fault, Note, Pause, Resume, SessionEnd
 from autd_trials.session.interrupts import Interrupts
@@ -16,7 +17,6 @@ from autd_trials.session.operator import Operator
 from autd_trials.session.presses import PressBook
 from autd_trials.session.recorder import Recorder
 from autd_trials.session.silence import silence
-from autd_trials.session.tracks import Tracks
 from autd_trials.session.trial import Ended, TrialRunner
 from autd_trials.session.watch import Watch
 
@@ -102,7 +102,7 @@ class SessionRunner:
         self._recorder = recorder
         self._attempts = dict(done.attempts)
         self._to_do = blocks_to_do(plan, done.complete)
-        self._tracks = Tracks(protocol.method, plan, done.answers)
+        self._adaptive_runs = AdaptiveRuns(protocol.method, plan, done.answers)
         self._masker_started = False
         presses = PressBook(recorder)
         self._watch = Watch(devices, clock, interrupts, recorder, presses)
@@ -165,7 +165,7 @@ class SessionRunner:
 
         `ready_s` is when the trial before ended; None asks for a lead-in first.
         """
-        trial = self._tracks.at_its_level(planned)
+        trial = self._adaptive_runs.at_its_level(planned)
         while True:
             try:
                 onset_s = (self._lead_in() if ready_s is None else ready_s) + trial.pause_before_s
@@ -173,7 +173,7 @@ class SessionRunner:
                 exposure = self._trials.arm(trial, onset_s)
                 if not self._interrupts.pause_requested:
                     ended = self._run_armed(trial, onset_s, exposure)
-                    self._tracks.take_in(trial, felt=ended.felt)
+                    self._adaptive_runs.take_in(trial, felt=ended.felt)
                     return ended.window_end_s
                 self._pause("asked by the experimenter")
             except DeviceError as fault:

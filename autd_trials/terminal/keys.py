@@ -57,8 +57,10 @@ _SAME_PLACES = (
     "ქწერტყუიოპასდფგჰჯკლზხცვბნმ",  # Georgian
     "ौैाीूबहगदजोे्िुपरकतॆंमनवलस",  # Hindi InScript
 )
-"""Written down from the published layouts, not tried on keyboards of each kind. Where two of them have a
-letter in different places, the first one counts."""
+"""Written down from the published layouts, not tried on keyboards of each kind.
+
+Where two of them have a letter in different places, the first one counts.
+"""
 
 _BY_PLACE = {
     letter: latin

@@ -1,4 +1,4 @@
-"""A responder that presses when it is told to."""
+"""A responder that presses at scripted times."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field

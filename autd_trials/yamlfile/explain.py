@@ -80,7 +80,7 @@ def spelled(path: Path) -> str:
 
 
 def _is_of_wrong_items(detail: ErrorDetails) -> bool:
-    """Whether a list is called too short because its items are wrong, which is told of each of them."""
+    """Whether a list is called too short because its items are wrong, which is reported for each of them."""
     return detail["type"] == "too_short" and len(detail["input"]) >= detail["ctx"]["min_length"]
 
 

@@ -112,7 +112,7 @@ def test_every_choice_is_a_level_whatever_was_answered(answers: list[tuple[float
 
 
 def test_known_thresholds_are_found_without_bias() -> None:
-    """Over 40 tracks the mean error is within three standard errors of 0, and the spread is honest."""
+    """Over 40 runs the mean error is within three standard errors of 0, and the spread is honest."""
     generator, rule = np.random.default_rng(5), QuestPlusRule(METHOD)
     errors_db, spreads_db = [], []
     for _ in range(40):

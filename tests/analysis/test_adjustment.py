@@ -1,11 +1,10 @@
 """Adjusted p values against statsmodels and by hand."""
 
 import pytest
+from autd_analysis.adjustment import METHODS, Method, adjusted, holm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from statsmodels.stats.multitest import multipletests
-
-from analysis.adjustment import METHODS, Method, adjusted, holm
 
 STATSMODELS: dict[Method, str] = {
     "bonferroni": "bonferroni",

@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
+from autd_analysis.any_table import TableRequest, read_any_table
+from autd_analysis.study import results_of
+from autd_analysis.summary import plain_words
+from autd_analysis.tables.all_tables import result_tables
+from autd_analysis.trials import Trials
 
-from analysis.any_table import TableRequest, read_any_table
-from analysis.study import results_of
-from analysis.summary import plain_words
-from analysis.tables.all_tables import result_tables
-from analysis.trials import Trials
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison
 from autd_trials.testing.recorded import StudyWriter

@@ -5,11 +5,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from autd_analysis.bootstrap import bootstrap_interval
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
-
-from analysis.bootstrap import bootstrap_interval
 
 
 @given(st.lists(st.integers(0, 10), min_size=2, max_size=5))

@@ -3,11 +3,11 @@
 from fractions import Fraction
 
 import pytest
+from autd_analysis.comparisons import ComparisonResult
+from autd_analysis.study import analyse
 from scipy import stats
 from statsmodels.stats.multitest import multipletests
 
-from analysis.comparisons import ComparisonResult
-from analysis.study import analyse
 from autd_trials.protocol.schema import Comparison
 from autd_trials.testing.recorded import Answer, StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol

@@ -4,12 +4,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from autd_analysis.detectability import detectability, over_participants
+from autd_analysis.rates import ParticipantRate
+from autd_analysis.study import analyse
+from autd_analysis.tables.all_tables import result_tables
 from scipy.stats import norm
 
-from analysis.detectability import detectability, over_participants
-from analysis.rates import ParticipantRate
-from analysis.study import analyse
-from analysis.tables.all_tables import result_tables
 from autd_trials.testing.recorded import StudyWriter
 from tests.analysis.conftest import chest_protocol
 

@@ -4,11 +4,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from autd_analysis.exact import bayes_factor, dz_interval, wilcoxon_test
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import integrate, stats
-
-from analysis.exact import bayes_factor, dz_interval, wilcoxon_test
 
 
 def tenths(*counts: int) -> list[Fraction]:

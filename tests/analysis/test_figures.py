@@ -5,17 +5,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
+from autd_analysis.any_table import TableRequest, read_any_table
+from autd_analysis.figures import draw_figure
+from autd_analysis.study import Results, results_of
+from autd_analysis.style import figure_style
+from autd_analysis.timing_figure import draw_timing
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from analysis.any_table import TableRequest, read_any_table
-from analysis.figures import draw_figure
-from analysis.study import Results, results_of
-from analysis.style import figure_style
-from analysis.timing_figure import draw_timing
 from autd_trials.protocol.schema import Comparison, Level
 
 LONG = (

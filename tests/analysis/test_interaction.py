@@ -4,11 +4,11 @@ import itertools
 
 import numpy as np
 import pytest
+from autd_analysis.interaction import interactions, trends
+from autd_analysis.study import Results, analyse
 from scipy import stats
 from statsmodels.stats.multivariate import test_mvmean as mvmean
 
-from analysis.interaction import interactions, trends
-from analysis.study import Results, analyse
 from autd_trials.protocol.schema import Comparison
 from autd_trials.testing.recorded import StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol

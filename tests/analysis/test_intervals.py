@@ -2,12 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy import stats
-from statsmodels.stats.proportion import confint_proportions_2indep, proportion_confint
-
-from analysis.intervals import (
+from autd_analysis.intervals import (
     clopper_pearson_interval,
     jeffreys_interval,
     newcombe_interval,
@@ -15,6 +10,10 @@ from analysis.intervals import (
     t_quantile,
     wilson_interval,
 )
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+from statsmodels.stats.proportion import confint_proportions_2indep, proportion_confint
 
 
 @given(st.integers(1, 500).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))

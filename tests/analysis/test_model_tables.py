@@ -4,11 +4,11 @@ import csv
 from pathlib import Path
 
 import pytest
+from autd_analysis.output import write_results
+from autd_analysis.study import analyse
+from autd_analysis.tables.all_tables import result_tables
+from autd_analysis.tables.table import ResultTable
 
-from analysis.output import write_results
-from analysis.study import analyse
-from analysis.tables.all_tables import result_tables
-from analysis.tables.table import ResultTable
 from autd_trials.protocol.schema import Comparison
 from autd_trials.testing.recorded import StudyWriter
 from tests.analysis.conftest import chest_protocol

@@ -3,11 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
+from autd_analysis.design import Design, StudyFactor
+from autd_analysis.order_effects import OrderEffect, order_effects
+from autd_analysis.trials import Trials
 from scipy import stats
-
-from analysis.design import Design, StudyFactor
-from analysis.order_effects import OrderEffect, order_effects
-from analysis.trials import Trials
 
 WORN = StudyFactor("clothing", ("inner", "both"), {}, within_block=False)
 HZ = StudyFactor("modulation_hz", (25.0, 100.0), {}, within_block=True)

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from autd_analysis.figures import draw_figure
+from autd_analysis.output import results_json, write_results
+from autd_analysis.study import analyse
+from autd_analysis.summary import plain_words
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 
-from analysis.figures import draw_figure
-from analysis.output import results_json, write_results
-from analysis.study import analyse
-from analysis.summary import plain_words
 from autd_trials.errors import DeviceError
 from autd_trials.testing.recorded import Answer, StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol

@@ -7,11 +7,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from autd_analysis.paired import paired_t_test, sign_flip_test
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
-
-from analysis.paired import paired_t_test, sign_flip_test
 
 rates = st.builds(Fraction, st.integers(-10, 10), st.just(10))
 odd_fractions = st.fractions(min_value=-1, max_value=1, max_denominator=17)

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from autd_analysis.pooled import Stratum, chi_squared_p, cmh_exact_p, cmh_p, mcnemar_p
+from autd_analysis.study import analyse
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 from statsmodels.stats.contingency_tables import mcnemar
 
-from analysis.pooled import Stratum, chi_squared_p, cmh_exact_p, cmh_p, mcnemar_p
-from analysis.study import analyse
 from autd_trials.testing.recorded import StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from autd_analysis.all_figures import save_figures
+from autd_analysis.psychometric_figure import draw_psychometric
+from autd_analysis.study import Results, analyse
+from autd_analysis.style import figure_style, save_figure
 from matplotlib.collections import LineCollection, PathCollection
 
-from analysis.all_figures import save_figures
-from analysis.psychometric_figure import draw_psychometric
-from analysis.study import Results, analyse
-from analysis.style import figure_style, save_figure
 from autd_trials.testing.recorded import StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
 

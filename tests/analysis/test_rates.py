@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 import pytest
+from autd_analysis.rates import detection_rates, false_alarm_rates, marginal_rates, over_participants
+from autd_analysis.study import analyse
+from autd_analysis.trials import read_trials
 from scipy import stats
 
-from analysis.rates import detection_rates, false_alarm_rates, marginal_rates, over_participants
-from analysis.study import analyse
-from analysis.trials import read_trials
 from autd_trials.protocol.schema import Level
 from autd_trials.testing.recorded import Answer, StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_protocol

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from autd_analysis.design import Design, StudyFactor
+from autd_analysis.study import Results, analyse
+from autd_analysis.threshold_comparisons import compared_thresholds
+from autd_analysis.thresholds import Threshold, over_participants, thresholds
+from autd_analysis.trials import Trials, read_trials
 from scipy import stats
 
-from analysis.design import Design, StudyFactor
-from analysis.study import Results, analyse
-from analysis.threshold_comparisons import compared_thresholds
-from analysis.thresholds import Threshold, over_participants, thresholds
-from analysis.trials import Trials, read_trials
 from autd_trials.cli import main
 from autd_trials.errors import UsageError
 from autd_trials.participants.simulated import SimulatedParticipant
@@ -111,7 +111,7 @@ def test_simulated_peoples_thresholds_are_found(study: Path, results: Results) -
 
     A Weibull function is fitted to a normal one with a guess rate of its own, so a small bias is allowed.
     """
-    from analysis.sessions import read_sessions
+    from autd_analysis.sessions import read_sessions
 
     starts = {session.start.participant: session.start for session in read_sessions(study)[0]}
     errors = []
@@ -150,7 +150,8 @@ def test_the_tables_have_every_track(study: Path, tmp_path: Path) -> None:
 
 
 def test_power_is_not_simulated_for_it() -> None:
-    from analysis.power.model import study_model
+    from autd_analysis.power.model import study_model
+
     from autd_trials.protocol.load import find_protocol, load_protocol
 
     with pytest.raises(UsageError, match="chosen by an adaptive method"):

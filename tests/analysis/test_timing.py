@@ -6,19 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from analysis.any_table import KNOWN, TableRequest, read_any_table
-from analysis.study import results_of
-from analysis.style import figure_style
-from analysis.timing import (
+from autd_analysis.any_table import KNOWN, TableRequest, read_any_table
+from autd_analysis.study import results_of
+from autd_analysis.style import figure_style
+from autd_analysis.timing import (
     disturbances,
     onset_times,
     response_times,
     response_times_over_participants,
 )
-from analysis.timing_figure import draw_timing
-from analysis.timing_words import timing_sentences
-from analysis.trials import Trials, read_trials
+from autd_analysis.timing_figure import draw_timing
+from autd_analysis.timing_words import timing_sentences
+from autd_analysis.trials import Trials, read_trials
+
 from autd_trials.testing.recorded import StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_answer
 

@@ -6,8 +6,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from autd_analysis.trials import read_trials
 
-from analysis.trials import read_trials
 from autd_trials.cli import main
 from autd_trials.errors import UsageError
 from autd_trials.protocol.load import find_protocol

@@ -20,14 +20,15 @@ from joblib import Parallel, delayed
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from analysis.comparisons import planned_comparisons
-from analysis.design import conditions, protocol_design
-from analysis.models.glmm import DEFAULT_NODES, BinomialRows, fit_glmm
-from analysis.power.model import StudyModel, study_model
-from analysis.power.run import Question, power_analysis
-from analysis.study import results_of
-from analysis.trial_table import TrialRow
-from analysis.trials import Trials, data_frame
+from autd_analysis.comparisons import planned_comparisons
+from autd_analysis.design import conditions, protocol_design
+from autd_analysis.models.glmm import DEFAULT_NODES, BinomialRows, fit_glmm
+from autd_analysis.power.model import StudyModel, study_model
+from autd_analysis.power.run import Question, power_analysis
+from autd_analysis.study import results_of
+from autd_analysis.trial_table import TrialRow
+from autd_analysis.trials import Trials, data_frame
+
 from autd_trials.protocol.load import find_protocol, load_protocol
 
 STUDIES = 2000

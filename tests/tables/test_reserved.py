@@ -4,11 +4,12 @@ import importlib
 import pkgutil
 from collections.abc import Iterator
 
-import analysis.tables
-from analysis.design import Design
-from analysis.tables.table import Declared
-from analysis.trial_table import TrialRow
-from analysis.trials import data_frame
+import autd_analysis.tables
+from autd_analysis.design import Design
+from autd_analysis.tables.table import Declared
+from autd_analysis.trial_table import TrialRow
+from autd_analysis.trials import data_frame
+
 from autd_trials.protocol.load import find_protocol, load_protocol
 from autd_trials.protocol.plan import make_plan, plan_columns
 from autd_trials.protocol.schema import Factors, StimulusSpec
@@ -24,7 +25,7 @@ LOGGED_NAMES = {"emulated", "masking", "participant_id", "run"}
 
 
 def result_tables() -> Iterator[Declared[object]]:
-    for module in pkgutil.iter_modules(analysis.tables.__path__, "analysis.tables."):
+    for module in pkgutil.iter_modules(autd_analysis.tables.__path__, "autd_analysis.tables."):
         for declared in vars(importlib.import_module(module.name)).values():
             if isinstance(declared, Declared):
                 yield declared

@@ -77,7 +77,7 @@ def listen(
     heard_units
         Numbers of the units that are measured, from 1.
     points_mm
-        Where the microphone is told to be, shape (points, 3).
+        Where the microphone is assumed to be, shape (points, 3).
     microphone
         How good it is.
     speed_of_sound_m_s

@@ -36,7 +36,7 @@ def check_rules(protocol: Protocol) -> None:
 
 
 def faults(protocol: Protocol) -> Iterator[InitErrorDetails]:
-    """Yield every rule that a protocol breaks, each located at the field to be mended."""
+    """Yield every rule that a protocol breaks, each located at the field to correct."""
     counts = list(count_faults(protocol))
     if counts:
         yield from counts

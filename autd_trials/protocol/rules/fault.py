@@ -1,4 +1,4 @@
-"""A broken rule, told at the place in the protocol that is to be mended."""
+"""A broken rule, reported at the place in the protocol to correct."""
 
 from collections.abc import Iterable, Iterator, Sequence
 

@@ -5,10 +5,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-
-from analysis.models.cells import Compared
-from analysis.models.glmm import BinomialRows
-from analysis.rates import ParticipantRate
+from autd_analysis.models.cells import Compared
+from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.rates import ParticipantRate
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CELLS = [f"{frequency} {clothing}" for frequency in (25, 50, 100) for clothing in ("inner", "both")]

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
+from autd_analysis.models.beta_binomial import fit_beta_binomial
 from scipy import stats
 from scipy.optimize import brentq, minimize
-
-from analysis.models.beta_binomial import fit_beta_binomial
 
 # D. A. Williams (1975), Biometrics 31, 949-952, control litters: survivors of litter size.
 CONTROL = [

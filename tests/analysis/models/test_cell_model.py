@@ -5,14 +5,14 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from autd_analysis.design import Condition, Design, StudyFactor
+from autd_analysis.models.cell_model import LINKS, CellModel, LinkName, cell_model, cell_models
+from autd_analysis.models.glmm import fit_glmm
+from autd_analysis.rates import ParticipantRate
 from scipy.integrate import quad
 from scipy.special import expit, logit, ndtr
 from scipy.stats import norm
 
-from analysis.design import Condition, Design, StudyFactor
-from analysis.models.cell_model import LINKS, CellModel, LinkName, cell_model, cell_models
-from analysis.models.glmm import fit_glmm
-from analysis.rates import ParticipantRate
 from autd_trials.protocol.schema import Comparison
 from tests.analysis.models.studies import CLOTHING, STUDIES, r_values, rates, study
 

@@ -5,10 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from autd_analysis.models.conditional import fit_conditional
+from autd_analysis.models.glmm import BinomialRows
 from statsmodels.discrete.conditional_models import ConditionalLogit
 
-from analysis.models.conditional import fit_conditional
-from analysis.models.glmm import BinomialRows
 from tests.analysis.models.studies import CELLS, STUDIES, r_values, study
 
 

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from autd_analysis.models.conditions import condition_logits
+from autd_analysis.models.firth import firth_effect
+from autd_analysis.rates import ConditionRate
 from scipy.optimize import brentq, minimize
 
-from analysis.models.conditions import condition_logits
-from analysis.models.firth import firth_effect
-from analysis.rates import ConditionRate
 from tests.analysis.models.studies import CELLS, STUDIES, r_values, study
 
 CONTRAST = np.array([0.0, 0.0, 0.0, 1.0, -1.0])

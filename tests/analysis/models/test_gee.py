@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import statsmodels.api as sm
+from autd_analysis.models.gee import CORRECTIONS, fit_gee
+from autd_analysis.models.glmm import BinomialRows
 from scipy.linalg import sqrtm
 
-from analysis.models.gee import CORRECTIONS, fit_gee
-from analysis.models.glmm import BinomialRows
 from tests.analysis.models.studies import CELLS, STUDIES, r_values, single_answers, study, uneven
 
 AT_100 = np.array([0.0, 0.0, 0.0, 0.0, 1.0, -1.0])

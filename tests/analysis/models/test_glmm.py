@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from autd_analysis.models.glmm import BinomialRows, fit_glmm, likelihood_ratio
+from autd_analysis.models.links import PROBIT
 from scipy.integrate import dblquad
 from scipy.special import expit
 
-from analysis.models.glmm import BinomialRows, fit_glmm, likelihood_ratio
-from analysis.models.links import PROBIT
 from tests.analysis.models.studies import CELLS, STUDIES, r_values, study
 
 

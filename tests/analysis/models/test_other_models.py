@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from autd_analysis.design import Condition, Design, StudyFactor
+from autd_analysis.models.conditional import fit_conditional
+from autd_analysis.models.gee import fit_gee
+from autd_analysis.models.other_models import CONDITIONAL, FIRTH, GEE_METHODS, OtherEstimate, other_estimates
+from autd_analysis.rates import ParticipantRate
 
-from analysis.design import Condition, Design, StudyFactor
-from analysis.models.conditional import fit_conditional
-from analysis.models.gee import fit_gee
-from analysis.models.other_models import CONDITIONAL, FIRTH, GEE_METHODS, OtherEstimate, other_estimates
-from analysis.rates import ParticipantRate
 from autd_trials.protocol.schema import Comparison
 from tests.analysis.models.studies import CLOTHING, STUDIES, r_values, rates, study
 

@@ -4,10 +4,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from autd_analysis.models.planned import MixedModelTest, mixed_model_test
+from autd_analysis.rates import ParticipantRate
 from scipy.special import expit, logit
-
-from analysis.models.planned import MixedModelTest, mixed_model_test
-from analysis.rates import ParticipantRate
 
 FREQUENCIES = (25.0, 50.0, 100.0)
 AT_100 = (("modulation_hz", 100.0),)

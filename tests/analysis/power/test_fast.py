@@ -5,13 +5,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from autd_analysis.paired import paired_t_test, sign_flip_test
+from autd_analysis.power.fast import paired_t_p, rejected, sign_flip_p
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
-
-from analysis.paired import paired_t_test, sign_flip_test
-from analysis.power.fast import paired_t_p, rejected, sign_flip_p
 
 
 @given(arrays(np.int64, st.tuples(st.integers(1, 6), st.integers(2, 24)), elements=st.integers(-10, 10)))

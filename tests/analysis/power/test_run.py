@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from autd_analysis.design import protocol_design
+from autd_analysis.power.model import Counts, GivenRates, StudyModel, read_rates, study_model
+from autd_analysis.power.run import PowerRow, Question, TestName, power_analysis
 from scipy import stats
 from scipy.special import logit
 
-from analysis.design import protocol_design
-from analysis.power.model import Counts, GivenRates, StudyModel, read_rates, study_model
-from analysis.power.run import PowerRow, Question, TestName, power_analysis
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison, Protocol
 from tests.analysis.conftest import chest_protocol

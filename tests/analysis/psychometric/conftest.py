@@ -4,8 +4,8 @@ import csv
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.psychometric.functions import LOGISTIC, NORMAL, WEIBULL, Axis
-from analysis.psychometric.model import Answers, answers
+from autd_analysis.psychometric.functions import LOGISTIC, NORMAL, WEIBULL, Axis
+from autd_analysis.psychometric.model import Answers, answers
 
 OCTAVES = Axis(logarithmic=True)
 CORES = {core.name: core for core in (LOGISTIC, NORMAL, WEIBULL)}

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from autd_analysis.psychometric.fit import Curve, fit
+from autd_analysis.psychometric.functions import Axis, Core, psychometric_function, slope_per_steepness
+from autd_analysis.psychometric.model import Answers, Model, answers, axis_of
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import Bounds, differential_evolution
 
-from analysis.psychometric.fit import Curve, fit
-from analysis.psychometric.functions import Axis, Core, psychometric_function, slope_per_steepness
-from analysis.psychometric.model import Answers, Model, answers, axis_of
 from tests.analysis.psychometric.conftest import CASES, CORES, OCTAVES, reference
 
 EXACT = Model(CORES["normal"], guess=0.0, lapse=0.0)

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from autd_analysis.psychometric.functions import Axis, Core, psychometric_function
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from analysis.psychometric.functions import Axis, Core, psychometric_function
 from tests.analysis.psychometric.conftest import CORES, OCTAVES
 
 X = np.geomspace(0.01, 100, 41)

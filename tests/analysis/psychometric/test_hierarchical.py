@@ -5,22 +5,22 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from scipy import stats
-from scipy.optimize import brentq, minimize
-from scipy.special import logsumexp
-
-from analysis.models.glmm import BinomialRows, fit_glmm
-from analysis.models.links import LOGIT, PROBIT, Link
-from analysis.psychometric.fit import Curve, fit
-from analysis.psychometric.functions import LOGISTIC, NORMAL, Array, Axis, Core, psychometric_function
-from analysis.psychometric.hierarchical import (
+from autd_analysis.models.glmm import BinomialRows, fit_glmm
+from autd_analysis.models.links import LOGIT, PROBIT, Link
+from autd_analysis.psychometric.fit import Curve, fit
+from autd_analysis.psychometric.functions import LOGISTIC, NORMAL, Array, Axis, Core, psychometric_function
+from autd_analysis.psychometric.hierarchical import (
     KnownRates,
     fieller,
     mean_slope,
     mean_threshold,
     mixed_curve,
 )
-from analysis.psychometric.model import Answers, Model, answers
+from autd_analysis.psychometric.model import Answers, Model, answers
+from scipy import stats
+from scipy.optimize import brentq, minimize
+from scipy.special import logsumexp
+
 from tests.analysis.psychometric.conftest import OCTAVES
 
 LEVELS = np.geomspace(10, 160, 5)
@@ -184,3 +184,25 @@ def test_means_of_nobody_and_of_one() -> None:
     assert mean_threshold(one, OCTAVES).value == one[0].threshold
     assert mean_threshold(one, OCTAVES).interval is None
     assert mean_threshold(one, Axis(logarithmic=False)).value == one[0].threshold
+
+
+def test_no_curve_is_told_from_where_the_likelihood_has_no_maximum() -> None:
+    """High guess rates that differ leave the likelihood without a clear maximum; analyse crashed there."""
+    without = 0
+    for seed in range(20):
+        generator = np.random.default_rng(seed)
+        every = [
+            answers(
+                [
+                    (x, float(generator.binomial(10, rate)), 10.0)
+                    for x, rate in zip(LEVELS, rates, strict=False)
+                ],
+                OCTAVES,
+            )
+            for rates in np.sort(generator.uniform(0, 1, (6, 3)))
+        ]
+        found = mixed_curve(every, generator.uniform(0, 0.5, 6).tolist(), [0.02] * 6, NORMAL, OCTAVES)
+        without += found is None
+        if found is not None:
+            assert found.slope_interval.low < found.slope < found.slope_interval.high
+    assert 0 < without < 20

@@ -5,20 +5,20 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.optimize import brentq, minimize
-from scipy.stats import binom
-
-from analysis.psychometric.fit import fit
-from analysis.psychometric.functions import (
+from autd_analysis.psychometric.fit import fit
+from autd_analysis.psychometric.functions import (
     Core,
     predictor_at_threshold,
     psychometric_function,
     slope_per_steepness,
 )
-from analysis.psychometric.intervals import CurveIntervals, profile_intervals
-from analysis.psychometric.model import Model, Rate, answers
+from autd_analysis.psychometric.intervals import CurveIntervals, profile_intervals
+from autd_analysis.psychometric.model import Model, Rate, answers
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq, minimize
+from scipy.stats import binom
+
 from tests.analysis.psychometric.conftest import CASES, CORES, OCTAVES, reference
 
 HALF_CHI2_95 = 1.920729410347062

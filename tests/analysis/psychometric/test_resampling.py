@@ -5,14 +5,14 @@ import math
 
 import numpy as np
 import pytest
+from autd_analysis.psychometric.fit import fit
+from autd_analysis.psychometric.functions import NORMAL, psychometric_function
+from autd_analysis.psychometric.model import Model, answers
+from autd_analysis.psychometric.resampling import Resampled, resample
 from scipy.optimize import minimize
 from scipy.special import log_ndtr, xlogy
 from scipy.stats import binom
 
-from analysis.psychometric.fit import fit
-from analysis.psychometric.functions import NORMAL, psychometric_function
-from analysis.psychometric.model import Model, answers
-from analysis.psychometric.resampling import Resampled, resample
 from tests.analysis.psychometric.conftest import CASES, CORES, OCTAVES, reference
 
 EXACT = Model(NORMAL, guess=0.0, lapse=0.0)

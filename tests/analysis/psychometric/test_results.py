@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 import pytest
+from autd_analysis.design import Design, StudyFactor
+from autd_analysis.psychometric.functions import LOGISTIC, NORMAL, psychometric_function
+from autd_analysis.psychometric.model import Model
+from autd_analysis.psychometric.results import psychometric_results
+from autd_analysis.study import analyse
+from autd_analysis.trials import Trials
 
-from analysis.design import Design, StudyFactor
-from analysis.psychometric.functions import LOGISTIC, NORMAL, psychometric_function
-from analysis.psychometric.model import Model
-from analysis.psychometric.results import psychometric_results
-from analysis.study import analyse
-from analysis.trials import Trials
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level
 from autd_trials.testing.recorded import StudyWriter

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from analysis.report.elements import inline_svg, page_text, tag
+from autd_analysis.report.elements import inline_svg, page_text, tag
 
 SVG = """<?xml version="1.0"?>
 <svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="10" height="10">

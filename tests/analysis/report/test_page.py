@@ -9,11 +9,11 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from autd_analysis.any_table import TableRequest, read_any_table
+from autd_analysis.output import write_results
+from autd_analysis.study import Results, analyse, results_of
+from autd_analysis.tables.all_tables import result_tables
 
-from analysis.any_table import TableRequest, read_any_table
-from analysis.output import write_results
-from analysis.study import Results, analyse, results_of
-from analysis.tables.all_tables import result_tables
 from autd_trials.protocol.schema import Comparison, Level
 from autd_trials.testing.recorded import Answer, StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol

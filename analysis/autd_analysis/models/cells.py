@@ -1,0 +1,136 @@
+"""Answers by participant and cell of the design, as the models take them; separation and Firth's penalty.
+
+Every cell (condition) has a fixed effect of its own. Answers are then separated exactly where all or none
+were felt in a cell: its logit is infinite. Firth's penalty keeps it finite, and for cell means alone it is
+half a felt and half an unfelt answer that are added to every cell. D. Firth (1993), Biometrika 80, 27-38.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autd_analysis.design import Condition, Design, conditions
+from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.rates import ParticipantRate
+from autd_trials.protocol.schema import Level
+
+FEWEST_PARTICIPANTS = 4
+PENALTY = 0.5
+"""Answers of each kind that are added to every cell where answers are separated."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Two levels of a factor, of which the first is compared with the second."""
+
+    factor: str
+    first: Level
+    second: Level
+
+
+def planned(design: Design) -> tuple[tuple[Compared, Condition], ...]:
+    """Return what the protocol planned to compare, and at which level of another factor, in its order."""
+    return tuple(
+        (Compared(comparison.factor, comparison.first, comparison.second), at)
+        for comparison in design.comparisons
+        for at in conditions([design.factor(comparison.at_each)] if comparison.at_each else [])
+    )
+
+
+def compared_rows(
+    rates: Sequence[ParticipantRate], compared: Compared, at: Condition
+) -> tuple[BinomialRows, Array] | None:
+    """Return the answers that tell about a comparison, and the weights of their cells in it.
+
+    Parameters
+    ----------
+    rates
+        Rates in the single cells.
+    compared
+        What is compared.
+    at
+        The level of another factor at which it is compared, by the trials there alone; over all cells if
+        empty.
+
+    Returns
+    -------
+    (BinomialRows, array) or None
+        None with fewer than 4 participants, or without trials in a cell that is compared.
+    """
+    there = [rate for rate in rates if set(at) <= set(rate.condition)]
+    planned = list(dict.fromkeys(rate.condition for rate in there))
+    rows, cells = cell_rows(there, compared)
+    needed = {cell for cell, weight in zip(planned, contrast(planned, compared), strict=True) if weight}
+    if participants(rows) < FEWEST_PARTICIPANTS or not needed <= set(cells):
+        return None
+    return rows, contrast(cells, compared)
+
+
+def cell_rows(
+    rates: Sequence[ParticipantRate], compared: Compared | None
+) -> tuple[BinomialRows, list[Condition]]:
+    """Return the answers with cells as fixed effects, and the cells.
+
+    Random effects are an intercept and, if levels are compared, the slope of the compared factor, which is
+    1/2 at the first level, -1/2 at the second and 0 elsewhere. Cells and participants without trials are left
+    out.
+    """
+    counted = [rate for rate in rates if rate.n > 0]
+    seen = {rate.condition for rate in counted}
+    cells = [cell for cell in dict.fromkeys(rate.condition for rate in rates) if cell in seen]
+    people = list(dict.fromkeys(rate.participant for rate in counted))
+    random = [np.ones(len(counted))]
+    if compared:
+        sides = {compared.first: 0.5, compared.second: -0.5}
+        random.append(np.array([sides.get(dict(rate.condition)[compared.factor], 0.0) for rate in counted]))
+    rows = BinomialRows(
+        felt=np.array([float(rate.felt) for rate in counted]),
+        trials=np.array([float(rate.n) for rate in counted]),
+        fixed=np.eye(len(cells))[[cells.index(rate.condition) for rate in counted]],
+        random=np.column_stack(random),
+        participant=np.array([people.index(rate.participant) for rate in counted], dtype=np.intp),
+    )
+    return rows, cells
+
+
+def contrast(cells: Sequence[Condition], compared: Compared, at: Condition = ()) -> Array:
+    """Return weights of the cells: mean of those with the first level minus mean of those with the second."""
+    weights = np.zeros(len(cells))
+    for level, sign in ((compared.first, 1.0), (compared.second, -1.0)):
+        chosen = [{(compared.factor, level), *at} <= set(cell) for cell in cells]
+        weights[chosen] = sign / max(1, sum(chosen))
+    return weights
+
+
+def participants(rows: BinomialRows) -> int:
+    """Return the number of participants with answers."""
+    return len(np.unique(rows.participant))
+
+
+def is_separated(rows: BinomialRows) -> bool:
+    """Return whether a cell's answers are all the same: with cells as fixed effects there is no other way."""
+    felt, trials = rows.fixed.T @ rows.felt, rows.fixed.T @ rows.trials
+    return bool(((felt == 0) | (felt == trials)).any())
+
+
+def penalised(rows: BinomialRows) -> BinomialRows:
+    """Return the answers with Firth's penalty, spread over the participants of each cell."""
+    share = PENALTY / (rows.fixed @ rows.fixed.sum(axis=0))  # of a cell's penalty, for each of its rows
+    return BinomialRows(rows.felt + share, rows.trials + 2 * share, rows.fixed, rows.random, rows.participant)
+
+
+def without(rows: BinomialRows, contrasts: Array) -> BinomialRows:
+    """Return the model in which contrasts of the cells, shape (k, cells), are zero."""
+    return BinomialRows(
+        rows.felt, rows.trials, rows.fixed @ null_space(contrasts), rows.random, rows.participant
+    )
+
+
+def null_space(contrasts: Array) -> Array:
+    """Return an orthonormal basis of what contrasts of full rank, shape (k, cells), do not see."""
+    basis: Array = np.linalg.svd(contrasts)[2][len(contrasts) :].T
+    return basis
