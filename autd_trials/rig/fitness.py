@@ -100,5 +100,6 @@ def _refuse_little_energy(calibration: Calibration, rig: Rig, path: Path) -> Non
             f"the calibration leaves {energy.low:.2f} of the energy at the target (5 % quantile; mean "
             f"{energy.mean:.2f}); rig {rig.name!r} asks for {least:g}",
             where=str(path),
-            do="calibrate again with more points over a larger space",
+            do="calibrate again with a wand, or with --range-scale-sd 0 if the sensors' scale was checked; "
+            "with more points over a larger space",
         )
