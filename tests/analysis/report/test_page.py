@@ -142,7 +142,7 @@ def test_texts_for_a_manuscript_have_the_numbers(chest_report: Report) -> None:
     words = chest_report.page.words
     assert "Eight simulated participants took part in eight sessions." in words
     assert "Modulation frequency (25, 50, 100 Hz) and clothing (inner, inner + outer)" in words
-    # Seven whole sessions of 70 trials, and 40 of the eighth: a block of 30 stimuli and 5 catch trials, 4 and 1.
+    # Seven sessions of 60 stimuli and 10 catch trials; of the eighth a block of 30 and 5, then 4 and 1.
     assert "530 trials were analysed: 454 with a stimulus" in words
     assert "and 76 catch trials without one" in words
     assert "Three comparisons within participants were planned" in words
