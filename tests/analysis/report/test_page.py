@@ -142,9 +142,9 @@ def test_texts_for_a_manuscript_have_the_numbers(chest_report: Report) -> None:
     words = chest_report.page.words
     assert "Eight simulated participants took part in eight sessions." in words
     assert "Modulation frequency (25, 50, 100 Hz) and clothing (inner, inner + outer)" in words
-    # Seven whole sessions of 70 trials, and 40 trials of the eighth: 30 stimuli, 5 catch trials, 5 stimuli.
+    # Seven sessions of 60 stimuli and 10 catch trials; of the eighth a block of 30 and 5, then 4 and 1.
     assert "530 trials were analysed: 454 with a stimulus" in words
-    assert "and 75 catch trials without one" in words
+    assert "and 76 catch trials without one" in words
     assert "Three comparisons within participants were planned" in words
     at_100 = chest_report.results.comparisons[2]
     assert at_100.paired_t is not None
