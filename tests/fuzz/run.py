@@ -30,7 +30,7 @@ def main() -> int:
 def _round(seed: int) -> list[list[str]]:
     properties = [
         "-m",
-        "hypothesis",
+        "hypothesis or fuzz",
         "--hypothesis-profile=random",
         f"--hypothesis-seed={seed}",
         "-n",

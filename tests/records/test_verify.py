@@ -282,7 +282,7 @@ def test_random_edits_are_noticed(recorded: Path, tmp_path: Path) -> None:
     assert unnoticed(recorded, tmp_path, EDITS_IN_SHORT) == []
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 @pytest.mark.timeout(900)
 def test_500_random_edits_are_noticed(recorded: Path, tmp_path: Path) -> None:
     assert unnoticed(recorded, tmp_path, EDITS_IN_FULL) == []
