@@ -17,7 +17,7 @@ test: $(VENV)/.installed-for-tests
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/pytest --numprocesses auto --dist loadfile
+	$(BIN)/pytest --numprocesses 3 --dist loadfile
 
 # Every property over new random examples, round after round, and mutated files through the commands.
 fuzz: $(VENV)/.installed-for-tests

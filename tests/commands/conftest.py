@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,13 @@ def write_rig(tmp_path: Path) -> WriteRig:
         return path
 
     return write
+
+
+def make_real(rig: dict[str, Any], calibration: dict[str, Any]) -> None:
+    """Make the emulated rig a real one behind an interface that is not there, measured just now."""
+    rig["array"]["link"] = {"interface": "nosuchnic0"}
+    rig["array"]["limits"]["largest_ear_level_db"] = 100
+    calibration |= {"made_up": False, "origin": "measured", "taken": datetime.now(UTC).isoformat()}
 
 
 def start(*arguments: object) -> "subprocess.Popen[str]":

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from tests.commands.conftest import Run, WriteRig
+from tests.commands.conftest import Run, WriteRig, make_real
 from tests.conftest import PseudoTerminal
 from tests.masking.conftest import SoundServer
 
@@ -13,12 +13,6 @@ Data = dict[str, Any]
 
 def serial(port: str) -> Data:
     return {"device": "serial", "port": port, "protocol": {"kind": "line", "baud": 115200}}
-
-
-def make_real(rig: Data, calibration: Data) -> None:
-    rig["array"]["link"] = {"interface": "nosuchnic9"}
-    rig["array"]["limits"]["largest_ear_level_db"] = 100
-    calibration["made_up"] = False
 
 
 @pytest.mark.emulator
@@ -54,7 +48,7 @@ def test_a_missing_network_interface_is_told(run: Run, write_rig: WriteRig) -> N
 
     done = run("check", "chest", "--rig", write_rig(change), "--devices")
     assert done.code == 4
-    assert "nosuchnic9" in done.err
+    assert "nosuchnic0" in done.err
 
 
 @pytest.mark.audio

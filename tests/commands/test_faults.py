@@ -5,25 +5,18 @@ import signal
 import subprocess
 import sys
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from autd_trials.array.emulator import Emulator
-from tests.commands.conftest import Run, WriteProtocol, WriteRig, events, of, start
+from tests.commands.conftest import Run, WriteProtocol, WriteRig, events, make_real, of, start
 from tests.commands.test_run import of_or_none, wait_for
 from tests.conftest import PseudoTerminal
 from tests.masking.conftest import SoundServer
 
 Data = dict[str, Any]
-
-
-def make_real(rig: Data, calibration: Data) -> None:
-    rig["array"]["link"] = {"interface": "nosuchnic0"}
-    rig["array"]["limits"]["largest_ear_level_db"] = 100
-    calibration |= {"made_up": False, "origin": "measured", "taken": datetime.now(UTC).isoformat()}
 
 
 def break_rotation(_rig: Data, calibration: Data) -> None:

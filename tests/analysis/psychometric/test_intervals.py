@@ -190,7 +190,7 @@ def test_thresholds_and_slopes_are_covered_95_times_in_100(guess: float) -> None
     x = np.geomspace(10, 160, 6)
     p = psychometric_function(CORES["normal"], OCTAVES, x, threshold=40, slope=0.5, guess=guess, lapse=0.02)
     model = Model(guess="free" if guess else 0.0)
-    studies, threshold_covered, slope_covered = 300, 0, 0
+    studies, threshold_covered, slope_covered = 150, 0, 0
     for _ in range(studies):
         rows = list(zip(x, generator.binomial(20, p), [20.0] * 6, strict=True))
         catch = (float(generator.binomial(40, guess)), 40.0)
