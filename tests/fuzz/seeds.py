@@ -93,7 +93,7 @@ def box_protocols() -> Sequence[BoxProtocol]:
     adapter: TypeAdapter[BoxProtocol] = TypeAdapter(BoxProtocol)
     kinds = (
         {"kind": "line"},
-        {"kind": "single_byte", "buttons": {"a": "left", "0x42": "right"}},
+        {"kind": "single_byte", "buttons": {"a": "left", "0x42": "right"}, "felt": ("left",)},
         {"kind": "xid"},
     )
     return [adapter.validate_python(kind) for kind in kinds]
