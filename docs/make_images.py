@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from autd_analysis.output import write_results
+from autd_analysis.report.writing import write_results
 from autd_analysis.study import Results, analyse
 from matplotlib.figure import Figure
 from rich.console import Console

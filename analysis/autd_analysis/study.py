@@ -3,18 +3,15 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from autd_analysis.comparisons import ComparisonResult, planned_comparisons
-from autd_analysis.detectability import Detectability, GroupDetectability, detectability
-from autd_analysis.detectability import over_participants as mean_detectability
-from autd_analysis.interaction import Interaction, Trend, interactions, trends
+from autd_analysis.comparisons.numbers import ComparisonResult, planned_comparisons
+from autd_analysis.data.trials import Trials, read_trials
+from autd_analysis.detectability.numbers import Detectability, GroupDetectability, detectability
+from autd_analysis.detectability.numbers import over_participants as mean_detectability
+from autd_analysis.interactions.numbers import Interaction, Trend, interactions, trends
 from autd_analysis.models.cell_model import CellModel, cell_models
-from autd_analysis.models.conditions import ConditionLogit, condition_logits
-from autd_analysis.models.other_models import OtherEstimate, other_estimates
-from autd_analysis.order_effects import OrderEffect, order_effects
-from autd_analysis.pooled import WARNING as POOLED_WARNING
-from autd_analysis.pooled import PooledTests, pooled_tests
-from autd_analysis.psychometric.results import PsychometricResults, all_psychometric_results
-from autd_analysis.rates import (
+from autd_analysis.order.numbers import OrderEffect, order_effects
+from autd_analysis.psychometric.numbers import PsychometricResults, all_psychometric_results
+from autd_analysis.rates.numbers import (
     ConditionRate,
     ParticipantRate,
     detection_rates,
@@ -22,10 +19,13 @@ from autd_analysis.rates import (
     marginal_rates,
     over_participants,
 )
-from autd_analysis.threshold_comparisons import ThresholdComparison, compared_thresholds
-from autd_analysis.thresholds import GroupThreshold, Threshold, thresholds
-from autd_analysis.thresholds import over_participants as mean_thresholds
-from autd_analysis.trials import Trials, read_trials
+from autd_analysis.sensitivity.firth_logits import ConditionLogit, condition_logits
+from autd_analysis.sensitivity.numbers import OtherEstimate, other_estimates
+from autd_analysis.sensitivity.pooled import WARNING as POOLED_WARNING
+from autd_analysis.sensitivity.pooled import PooledTests, pooled_tests
+from autd_analysis.thresholds.comparisons import ThresholdComparison, compared_thresholds
+from autd_analysis.thresholds.numbers import GroupThreshold, Threshold, thresholds
+from autd_analysis.thresholds.numbers import over_participants as mean_thresholds
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,7 @@ def analyse(study: Path, *, pooled: bool = False) -> Results:
     Raises
     ------
     UsageError
-        As `autd_analysis.trials.read_trials`.
+        As `autd_analysis.data.trials.read_trials`.
     """
     return results_of(read_trials(study), pooled=pooled)
 

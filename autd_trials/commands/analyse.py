@@ -57,8 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Analyse the study and write the results."""
-    from autd_analysis.output import results_json, write_results
-    from autd_analysis.summary import plain_words
+    from autd_analysis.report.summary import plain_words
+    from autd_analysis.report.writing import results_json, write_results
 
     results, folder = _analyse(options)
     write_results(results, folder)
@@ -72,7 +72,7 @@ def execute(options: argparse.Namespace) -> int:
 
 def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
     """Return the results and the folder where they go."""
-    from autd_analysis.any_table import TableRequest, read_any_table
+    from autd_analysis.data.any_table import TableRequest, read_any_table
     from autd_analysis.study import analyse, results_of
 
     from autd_trials.records.layout import analysis_folder

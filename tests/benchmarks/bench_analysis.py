@@ -20,14 +20,14 @@ from joblib import Parallel, delayed
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from autd_analysis.comparisons import planned_comparisons
-from autd_analysis.design import conditions, protocol_design
+from autd_analysis.comparisons.numbers import planned_comparisons
+from autd_analysis.data.design import conditions, protocol_design
+from autd_analysis.data.trial_table import TrialRow
+from autd_analysis.data.trials import Trials, data_frame
 from autd_analysis.models.glmm import DEFAULT_NODES, BinomialRows, fit_glmm
 from autd_analysis.power.model import StudyModel, study_model
 from autd_analysis.power.run import Question, power_analysis
 from autd_analysis.study import results_of
-from autd_analysis.trial_table import TrialRow
-from autd_analysis.trials import Trials, data_frame
 
 from autd_trials.protocol.load import find_protocol, load_protocol
 

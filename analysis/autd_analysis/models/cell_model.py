@@ -11,9 +11,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_analysis.adjustment import holm
-from autd_analysis.design import Condition, Design
-from autd_analysis.intervals import Interval, wald_interval
+from autd_analysis.basics.adjustment import holm
+from autd_analysis.basics.intervals import Interval, wald_interval
+from autd_analysis.data.design import Condition, Design
 from autd_analysis.models.cells import (
     FEWEST_PARTICIPANTS,
     Compared,
@@ -35,7 +35,7 @@ from autd_analysis.models.glmm import (
 )
 from autd_analysis.models.links import LOGIT, PROBIT, Link
 from autd_analysis.models.means import ModelMean, model_mean
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate
 
 LinkName = Literal["logit", "probit"]
 LINKS: dict[LinkName, Link] = {"logit": LOGIT, "probit": PROBIT}

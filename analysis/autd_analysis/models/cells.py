@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_analysis.design import Condition, Design, conditions
+from autd_analysis.data.design import Condition, Design, conditions
 from autd_analysis.models.glmm import BinomialRows
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate
 from autd_trials.protocol.schema import Level
 
 FEWEST_PARTICIPANTS = 4

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autd_analysis.design import Condition
-from autd_analysis.intervals import Interval, wald_interval
+from autd_analysis.basics.intervals import Interval, wald_interval
+from autd_analysis.data.design import Condition
 from autd_analysis.models.cells import Compared, compared_rows, is_separated, penalised, without
 from autd_analysis.models.glmm import fit_glmm, likelihood_ratio
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate
 from autd_trials.protocol.schema import Level
 
 

@@ -10,8 +10,8 @@ from typing import Protocol as Interface
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_analysis.design import Condition, Design, conditions, describe_condition, protocol_design
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.data.design import Condition, Design, conditions, describe_condition, protocol_design
+from autd_analysis.rates.numbers import ParticipantRate
 from autd_trials.errors import UsageError
 from autd_trials.participants.population import Presented, detection_probabilities
 from autd_trials.participants.simulated import CLOTHING_LAYERS

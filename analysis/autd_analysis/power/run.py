@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_analysis.intervals import Interval, t_quantile, wilson_interval
+from autd_analysis.basics.intervals import Interval, t_quantile, wilson_interval
 from autd_analysis.models.planned import mixed_model_test
 from autd_analysis.power.fast import paired_t_p, rejected, sign_flip_p
 from autd_analysis.power.model import Counts, PlannedContrast, StudyModel
@@ -217,7 +217,7 @@ def _mixed_model(model: StudyModel, counts: Counts, contrast: PlannedContrast) -
 
 
 def _holm(p: Array) -> Array:
-    """Adjust over the contrasts of every test and study; `autd_analysis.adjustment.holm` does one family."""
+    """Adjust over the contrasts of every test and study; `basics.adjustment.holm` does one family."""
     order = np.argsort(p, axis=-1)  # NaN last
     ascending = np.take_along_axis(p, order, axis=-1)
     made = (~np.isnan(p)).sum(axis=-1, keepdims=True)

@@ -2,14 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 
-from autd_analysis.comparisons import ComparisonResult
-from autd_analysis.design import Condition, StudyFactor
-from autd_analysis.intervals import Interval
-from autd_analysis.rates import ConditionRate
-from autd_analysis.study import Results
-from autd_analysis.threshold_words import comparison_words, group_words, method_sentences
-from autd_analysis.timing_words import timing_sentences
-from autd_analysis.wording import (
+from autd_analysis.basics.intervals import Interval
+from autd_analysis.comparisons.numbers import ComparisonResult
+from autd_analysis.data.design import Condition, StudyFactor
+from autd_analysis.rates.numbers import ConditionRate
+from autd_analysis.report.wording import (
     compared_label,
     difference_label,
     factor_label,
@@ -18,6 +15,9 @@ from autd_analysis.wording import (
     level_label,
     p_equals,
 )
+from autd_analysis.study import Results
+from autd_analysis.thresholds.words import comparison_words, group_words, method_sentences
+from autd_analysis.timing.words import timing_sentences
 
 _CHI2 = "\N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO}"
 _NUMBERS = [

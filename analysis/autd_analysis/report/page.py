@@ -3,15 +3,15 @@
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 
-from autd_analysis.all_figures import SavedFigure
-from autd_analysis.methods import METHODS
 from autd_analysis.report.elements import Element, inline_svg, page_text, tag, wide
+from autd_analysis.report.figures import SavedFigure
 from autd_analysis.report.manuscript import methods_text, results_text
+from autd_analysis.report.methods import METHODS
 from autd_analysis.report.provenance import command, input_hashes, recorded_facts, software_versions
 from autd_analysis.report.result_tables import table_section
+from autd_analysis.report.summary import plain_words
+from autd_analysis.report.table import ResultTable
 from autd_analysis.study import Results
-from autd_analysis.summary import plain_words
-from autd_analysis.tables.table import ResultTable
 
 _SIMULATED = "SIMULATED PARTICIPANTS: these are no data about people."
 _METHODS = {name.replace("_", " "): text for name, text in METHODS.items()}

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-from autd_analysis.sessions import LoggedSession
+from autd_analysis.data.sessions import LoggedSession
 from autd_analysis.study import Results
 
 Facts = Mapping[str, str]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from autd_analysis.models.cells import Compared
 from autd_analysis.models.glmm import BinomialRows
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CELLS = [f"{frequency} {clothing}" for frequency in (25, 50, 100) for clothing in ("inner", "both")]

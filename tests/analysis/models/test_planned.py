@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from autd_analysis.models.planned import MixedModelTest, mixed_model_test
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate
 from scipy.special import expit, logit
 
 FREQUENCIES = (25.0, 50.0, 100.0)

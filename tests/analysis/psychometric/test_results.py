@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 import pytest
-from autd_analysis.design import Design, StudyFactor
+from autd_analysis.data.design import Design, StudyFactor
+from autd_analysis.data.trials import Trials
 from autd_analysis.psychometric.functions import LOGISTIC, NORMAL, psychometric_function
 from autd_analysis.psychometric.model import Model
-from autd_analysis.psychometric.results import psychometric_results
+from autd_analysis.psychometric.numbers import psychometric_results
 from autd_analysis.study import analyse
-from autd_analysis.trials import Trials
 
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level

@@ -9,10 +9,10 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from autd_analysis.any_table import TableRequest, read_any_table
-from autd_analysis.output import write_results
+from autd_analysis.data.any_table import TableRequest, read_any_table
+from autd_analysis.report.all_tables import result_tables
+from autd_analysis.report.writing import write_results
 from autd_analysis.study import Results, analyse, results_of
-from autd_analysis.tables.all_tables import result_tables
 
 from autd_trials.protocol.schema import Comparison, Level
 from autd_trials.testing.recorded import Answer, StudyWriter

@@ -1,0 +1,1 @@
+"""d' and criterion, where there are catch trials."""

@@ -1,0 +1,1 @@
+"""Whether a planned difference depends on the other factor: interaction and trend."""

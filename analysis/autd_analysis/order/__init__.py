@@ -1,0 +1,1 @@
+"""Whether answers depend on when they were given."""

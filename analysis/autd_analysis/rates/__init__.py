@@ -1,0 +1,1 @@
+"""Detection and false-alarm rates, of each participant and over participants."""

@@ -1,0 +1,1 @@
+"""The planned comparisons by other models and adjustments, to see whether the choice matters."""

@@ -1,0 +1,1 @@
+"""Whether stimuli came when they were planned, and how fast people answered."""
