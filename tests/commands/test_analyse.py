@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.analysis.data.test_any_table import lines
 
+from tests.analysis.data.test_any_table import lines
 from tests.commands.conftest import Run
 
 COLUMNS = "participant=pid,response=felt,clothing=cloth,modulation_hz=freq"

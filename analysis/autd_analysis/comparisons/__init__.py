@@ -1,1 +1,33 @@
-"""The planned comparisons within participants."""
+"""The planned comparisons of rates, within participants."""
+
+from autd_analysis.comparisons.figure import draw_differences_on, figures
+from autd_analysis.comparisons.numbers import ComparisonResult, planned_comparisons
+from autd_analysis.comparisons.tables import COMPARISONS as COMPARISONS_TABLE
+from autd_analysis.comparisons.tables import DIFFERENCES
+from autd_analysis.comparisons.words import DEFINITIONS, words
+from autd_analysis.data.trials import Trials
+from autd_analysis.rates import RATES
+from autd_analysis.subject import NotApplicable, Others, Subject
+
+STEERED = NotApplicable(
+    "an adaptive method steered towards the same rate everywhere; thresholds are compared"
+)
+
+
+def _compute(trials: Trials, results: Others) -> tuple[ComparisonResult, ...] | NotApplicable:
+    if trials.design.method is not None:
+        return STEERED
+    return planned_comparisons(results[RATES].participants, trials.design)
+
+
+COMPARISONS = Subject[tuple[ComparisonResult, ...]](
+    name="comparisons",
+    title="Planned comparisons",
+    compute=_compute,
+    needs=(RATES,),
+    definitions=DEFINITIONS,
+    tables=(COMPARISONS_TABLE, DIFFERENCES),
+    words=words,
+    figures=figures,
+    plot=draw_differences_on,
+)

@@ -1,153 +1,107 @@
-"""The result figure: rates with every participant visible, paired differences, and the tests as a table."""
+"""The figure of comparisons: rates with every participant visible, paired differences, and the tests."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from autd_analysis.comparisons.figure_text import figure_text
-from autd_analysis.data.design import StudyFactor, shown_factors
-from autd_analysis.rates.numbers import ParticipantRate, marginal_rates
-from autd_analysis.report.panels import (
-    Column,
-    difference_column,
-    draw_columns,
-    draw_legend,
-    fitted_labels,
-    legend_rows,
-    prepare_axes,
-    rate_column,
-)
+from autd_analysis.comparisons.numbers import ComparisonResult
+from autd_analysis.data.design import shown_factors
+from autd_analysis.rates import RATES
+from autd_analysis.rates.figure import AXIS_IN, PANELS_IN, draw_rates_panel, rate_labels
+from autd_analysis.rates.numbers import Rates
+from autd_analysis.report.figures import ResultFigure
+from autd_analysis.report.panels import Column, draw_columns, fitted_labels, legend_rows, prepare_axes
 from autd_analysis.report.style import (
     HEADER_IN,
     INK,
     LINE_IN,
     PLAIN,
-    RIGHT,
     draw_header,
     draw_panel_title,
-    level_style,
     side_by_side,
 )
-from autd_analysis.report.wording import (
-    comparison_names,
-    difference_label,
-    factor_label,
-    level_label,
-    numbered,
-    size_words,
-)
-from autd_analysis.study import Results
+from autd_analysis.report.wording import contrast_names, difference_label, factor_label, numbered, size_words
+from autd_analysis.subject import Others
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_PANELS_IN = 3.0
-_AXIS_IN = 0.52  # tick and axis labels
-_RATES_IN, _DIFFERENCES_IN = 3.6, 2.0  # widths of the panels
+_WIDTH_IN = 2.0
 _LONGEST_PAIR = 40  # characters beside an axis; the notes say it too
 
 
-def draw_figure(results: Results) -> "Figure":
-    """Draw the result figure.
+def figures(comparisons: Sequence[ComparisonResult], results: Others) -> Iterator[ResultFigure]:
+    """Yield the figure of rates and differences, which takes the place of that of rates alone."""
+    if comparisons:
+        rates = results[RATES]
+        yield ResultFigure(
+            "rates",
+            "Detection rates and paired differences",
+            "Left: the detection rate of every participant in every condition as a dot, with the mean over "
+            "participants and its 95 % t interval. Right: every participant's "
+            "difference between the compared conditions, likewise. Below: the tests of these differences. "
+            "All numbers are in the tables of rates and of comparisons.",
+            lambda: draw_comparisons(comparisons, rates, results),
+        )
 
-    On the left the rates, on the right the paired differences of the planned comparisons (if there are any),
-    below them the tests and what one must know to read the figure.
+
+def draw_comparisons(comparisons: Sequence[ComparisonResult], rates: Rates, results: Others) -> "Figure":
+    """Draw the rates on the left, the paired differences on the right, and below them the tests.
 
     Parameters
     ----------
+    comparisons
+        The planned comparisons, at least one.
+    rates
+        The rates that were compared.
     results
-        The study's results.
+        Whose they are.
 
     Returns
     -------
     Figure
-        Not bound to any window.
+        Not bound to any window; to be drawn within `autd_analysis.report.style.figure_style`.
     """
-    text = figure_text(results)
-    rate_labels, comparison_labels = _rate_labels(results), _comparison_labels(results)
-    lines = max(label.count("\n") for label in [*rate_labels, *comparison_labels])
-    axis_in = _AXIS_IN + LINE_IN * lines
-    header_in = HEADER_IN + LINE_IN * legend_rows(shown_factors(results.trials.design)[1])
+    design = results.trials.design
+    text = figure_text(comparisons, rates, results)
+    labels, compared_labels = rate_labels(rates, design), _labels(comparisons)
+    lines = max(label.count("\n") for label in [*labels, *compared_labels])
+    axis_in = AXIS_IN + LINE_IN * lines
+    header_in = HEADER_IN + LINE_IN * legend_rows(shown_factors(design)[1])
     below_in = axis_in + LINE_IN * text.lines
-    figure, axes = side_by_side(
-        (1.75, 1) if results.comparisons else (1,),
-        header_in=header_in,
-        panels_in=_PANELS_IN,
-        below_in=below_in,
-        right=RIGHT if results.comparisons else 0.62,
-    )
-    draw_header(
-        figure, results.trials.design.protocol, size_words(results.trials), simulated=results.simulated
-    )
-    _draw_rates(axes[0], results, rate_labels)
-    if results.comparisons:
-        _draw_differences(axes[1], results, comparison_labels)
+    figure, axes = side_by_side((1.75, 1), header_in=header_in, panels_in=PANELS_IN, below_in=below_in)
+    draw_header(figure, design.protocol, size_words(results.trials), simulated=results.trials.simulated)
+    draw_rates_panel(axes[0], rates, design, labels)
+    _draw_differences(axes[1], comparisons, compared_labels)
+    draw_panel_title(axes[1], "B", "Paired difference")
     text.draw(figure, top_in=below_in - axis_in)
     return figure
 
 
-def _rate_labels(results: Results) -> list[str]:
-    x_factor, _ = shown_factors(results.trials.design)
-    labels = [level_label(level) for level in x_factor.levels] if x_factor else ["all stimuli"]
-    if results.participant_false_alarms is not None:
-        labels.append("catch trials")
-    return fitted_labels(labels, _RATES_IN)
+def draw_differences_on(comparisons: Sequence[ComparisonResult], _results: Others, axes: "Axes") -> None:
+    """Draw the panel of paired differences on given axes."""
+    _draw_differences(axes, comparisons, _labels(comparisons))
 
 
-def _comparison_labels(results: Results) -> list[str]:
-    names = comparison_names(results.comparisons)
-    return fitted_labels(names, _DIFFERENCES_IN) if names else []
+def _labels(comparisons: Sequence[ComparisonResult]) -> list[str]:
+    return fitted_labels(contrast_names([result.contrast for result in comparisons]), _WIDTH_IN)
 
 
-def _draw_rates(axes: "Axes", results: Results, labels: Sequence[str]) -> None:
-    x_factor, colour_factor = shown_factors(results.trials.design)
-    shown = [factor for factor in (x_factor, colour_factor) if factor is not None]
-    groups = _groups(marginal_rates(results.participant_rates, shown), x_factor, colour_factor)
-    if results.participant_false_alarms is not None:
-        catch_colour = colour_factor if colour_factor and not colour_factor.within_block else None
-        kept = [catch_colour] if catch_colour else []
-        cells = [rate for rate in results.participant_false_alarms if bool(rate.condition) == bool(kept)]
-        groups += _groups(marginal_rates(cells, kept), None, catch_colour)
-    prepare_axes(
-        axes, "Detection rate (felt / trials)", labels, factor_label(x_factor.name) if x_factor else ""
-    )
-    axes.set_ylim(-0.04, 1.04)
-    for place, columns in enumerate(groups):
-        draw_columns(axes, place, columns)
-    if colour_factor:
-        draw_legend(axes, colour_factor)
-    draw_panel_title(axes, "A", "Detection rate")
-
-
-def _draw_differences(axes: "Axes", results: Results, labels: Sequence[str]) -> None:
-    pairs = {difference_label(result) for result in results.comparisons}
+def _draw_differences(axes: "Axes", comparisons: Sequence[ComparisonResult], labels: Sequence[str]) -> None:
+    contrasts = [result.contrast for result in comparisons]
+    pairs = {difference_label(contrast) for contrast in contrasts}
     label, pair = "Difference in rate", pairs.pop()
     if not pairs and len(pair) <= _LONGEST_PAIR:
         label = f"{label}\n({pair})"
-    at = {name for result in results.comparisons for name, _ in result.at}
-    named_by_level = len(at) == 1 and not numbered(results.comparisons)
-    prepare_axes(axes, label, labels, factor_label(at.pop()) if named_by_level else "Comparison")
+    over = {contrast.over for contrast in contrasts if contrast.over}
+    named_by_level = len(over) == 1 and not numbered(contrasts)
+    prepare_axes(axes, label, labels, factor_label(over.pop()) if named_by_level else "Comparison")
     axes.axhline(0, color=INK, linewidth=0.7)
-    for place, result in enumerate(results.comparisons):
-        draw_columns(axes, place, [difference_column(result)])
-    draw_panel_title(axes, "B", "Paired difference")
+    for place, result in enumerate(comparisons):
+        draw_columns(axes, place, [_column(result)])
 
 
-def _groups(
-    rates: Sequence[ParticipantRate], x_factor: StudyFactor | None, colour_factor: StudyFactor | None
-) -> list[list[Column]]:
-    """Return the columns to draw at each place of the axis."""
-    return [
-        [
-            rate_column(
-                [rate for rate in rates if {*x, *colour} == set(rate.condition)],
-                level_style(index) if colour else PLAIN,
-            )
-            for index, colour in enumerate(_pairs(colour_factor))
-        ]
-        for x in _pairs(x_factor)
-    ]
-
-
-def _pairs(factor: StudyFactor | None) -> list[tuple[tuple[str, float | str], ...]]:
-    return [((factor.name, level),) for level in factor.levels] if factor else [()]
+def _column(result: ComparisonResult) -> Column:
+    values = {difference.participant: float(difference.value) for difference in result.differences}
+    return Column(values, result.mean, result.interval, PLAIN)

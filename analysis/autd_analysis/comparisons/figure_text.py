@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from autd_analysis.comparisons.numbers import ComparisonResult
-from autd_analysis.data.design import shown_factors
+from autd_analysis.rates.figure import rate_notes
+from autd_analysis.rates.numbers import Rates
 from autd_analysis.report.style import INK, LEFT, LINE_IN, RIGHT, draw_notes, wrapped_notes
 from autd_analysis.report.wording import (
-    comparison_label,
-    comparison_names,
+    contrast_label,
+    contrast_names,
     difference_label,
     factor_label,
     format_interval,
@@ -17,7 +18,7 @@ from autd_analysis.report.wording import (
     format_rate,
     numbered,
 )
-from autd_analysis.study import Results
+from autd_analysis.subject import Others
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,20 +73,20 @@ class FigureText:
         figure.add_artist(Line2D([LEFT, RIGHT], [y, y], color=INK, linewidth=0.6))
 
 
-def figure_text(results: Results) -> FigureText:
+def figure_text(comparisons: Sequence[ComparisonResult], rates: Rates, results: Others) -> FigureText:
     """Return the text that belongs below a study's figure."""
-    return FigureText(_table(results), _notes(results))
+    notes = rate_notes(rates, results, list(_comparison_notes(comparisons)))
+    return FigureText(_table(comparisons), wrapped_notes(notes))
 
 
-def _table(results: Results) -> tuple[tuple[str, ...], ...]:
-    if not results.comparisons:
-        return ()
-    at = {name for result in results.comparisons for name, _ in result.at}
-    named_by_level = len(at) == 1 and not numbered(results.comparisons)
-    first = factor_label(at.pop()) if named_by_level else "comparison"
+def _table(comparisons: Sequence[ComparisonResult]) -> tuple[tuple[str, ...], ...]:
+    contrasts = [result.contrast for result in comparisons]
+    over = {contrast.over for contrast in contrasts if contrast.over}
+    named_by_level = len(over) == 1 and not numbered(contrasts)
+    first = factor_label(over.pop()) if named_by_level else "comparison"
     headings = tuple(upper for upper, _ in _HEADINGS), (first, *(lower for _, lower in _HEADINGS[1:]))
-    names = comparison_names(results.comparisons)
-    return (*headings, *(_row(name, result) for name, result in zip(names, results.comparisons, strict=True)))
+    names = contrast_names(contrasts)
+    return (*headings, *(_row(name, result) for name, result in zip(names, comparisons, strict=True)))
 
 
 def _row(name: str, result: ComparisonResult) -> tuple[str, ...]:
@@ -104,32 +105,14 @@ def _row(name: str, result: ComparisonResult) -> tuple[str, ...]:
     )
 
 
-def _notes(results: Results) -> tuple[str, ...]:
-    notes = [
-        f"Small markers: participants (n = {len(results.trials.participants)}; lines join the same one). "
-        "Large markers: mean over participants; bars: its 95 % t interval.",
-        *_comparison_notes(results.comparisons),
-    ]
-    design = results.trials.design
-    averaged = [factor.name for factor in design.factors if factor not in shown_factors(design)]
-    if averaged:
-        notes.append(f"Rates in A are averaged over {', '.join(averaged)}.")
-    if results.false_alarms is None:
-        notes.append("No catch trials: the false-alarm rate is undefined.")
-    if results.warnings:
-        notes.append(f"{len(results.warnings)} remark(s) on the data: see README.md beside this figure.")
-    return wrapped_notes(notes)
-
-
 def _comparison_notes(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
-    if not comparisons:
-        return
+    contrasts = [result.contrast for result in comparisons]
     what = (
         "; ".join(
-            f"{number}: {comparison_label(result)}" for number, result in enumerate(comparisons, start=1)
+            f"{number}: {contrast_label(contrast)}" for number, contrast in enumerate(contrasts, start=1)
         )
-        if numbered(comparisons)
-        else difference_label(comparisons[0])
+        if numbered(contrasts)
+        else difference_label(contrasts[0])
     )
     tests = comparisons[0].sign_flip_tests, comparisons[0].paired_t_tests
     family = f"{tests[0]}" if tests[0] == tests[1] else f"{tests[0]} sign-flip and {tests[1]} t"

@@ -1,4 +1,4 @@
-"""The planned comparisons: two levels of a factor, within participants, at each level of another factor."""
+"""The planned contrasts of rates, within participants."""
 
 import dataclasses
 import statistics
@@ -8,28 +8,45 @@ from fractions import Fraction
 
 from autd_analysis.basics.adjustment import holm
 from autd_analysis.basics.exact import Wilcoxon, bayes_factor, dz_interval, wilcoxon_test
-from autd_analysis.basics.intervals import Interval, t_interval
+from autd_analysis.basics.intervals import Interval, newcombe_interval, t_interval
 from autd_analysis.basics.paired import PairedT, SignFlip, paired_t_test, sign_flip_test
-from autd_analysis.data.design import Condition, Design, conditions
+from autd_analysis.data.contrasts import Contrast, planned_contrasts
+from autd_analysis.data.design import Design
 from autd_analysis.models.planned import MixedModelTest, mixed_model_test
 from autd_analysis.rates.numbers import ParticipantRate, marginal_rates
-from autd_trials.protocol.schema import Comparison, Level
 
 DIFFERENCE_INTERVAL = "95 % t interval over participants' paired differences"
+NEWCOMBE_INTERVAL = "95 % Newcombe interval, trials taken as independent"
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A participant's difference of rates.
+
+    Attributes
+    ----------
+    contrast, participant, value
+        What was compared, whose it is, and the difference.
+    interval
+        Newcombe's; None where several conditions are taken together.
+    """
+
+    contrast: Contrast
+    participant: str
+    value: Fraction
+    interval: Interval | None
 
 
 @dataclass(frozen=True)
 class ComparisonResult:
-    """One planned comparison at one level of the other factor.
+    """One planned contrast of rates.
 
     Attributes
     ----------
-    factor, first, second
-        What was compared.
-    at
-        The level of the other factor; empty if the comparison is over all trials.
+    contrast
+        What was compared, and where.
     differences
-        Participant and difference of the rates, first minus second; participants who lack a rate are missing.
+        Participants' differences of the rates, first minus second; who lacks a rate is missing.
     mean, sd
         Mean and standard deviation (n - 1) of the differences; None where undefined.
     interval
@@ -48,11 +65,8 @@ class ComparisonResult:
         What could not be done, and why.
     """
 
-    factor: str
-    first: Level
-    second: Level
-    at: Condition
-    differences: tuple[tuple[str, Fraction], ...]
+    contrast: Contrast
+    differences: tuple[Difference, ...]
     mean: float | None
     sd: float | None
     interval: Interval | None
@@ -91,11 +105,7 @@ def planned_comparisons(rates: Sequence[ParticipantRate], design: Design) -> tup
     tuple of ComparisonResult
         In the protocol's order, adjusted by Holm's method over all of them, for each kind of test by itself.
     """
-    results = [
-        _compare(rates, design, comparison, at)
-        for comparison in design.comparisons
-        for at in conditions([design.factor(comparison.at_each)] if comparison.at_each else [])
-    ]
+    results = [_compare(rates, design, contrast) for contrast in planned_contrasts(design)]
     sign_flip_p = [result.sign_flip.p if result.sign_flip else None for result in results]
     paired_t_p = [result.paired_t.p if result.paired_t else None for result in results]
     mixed_model_p = [result.mixed_model.p if result.mixed_model else None for result in results]
@@ -115,20 +125,17 @@ def planned_comparisons(rates: Sequence[ParticipantRate], design: Design) -> tup
     )
 
 
-def _compare(
-    rates: Sequence[ParticipantRate], design: Design, comparison: Comparison, at: Condition
-) -> ComparisonResult:
-    differences = _differences(rates, design, comparison, at)
-    values = [difference for _, difference in differences]
+def _compare(rates: Sequence[ParticipantRate], design: Design, contrast: Contrast) -> ComparisonResult:
+    differences = _differences(rates, design, contrast)
+    values = [difference.value for difference in differences]
     floats = [float(value) for value in values]
     sign_flip, paired_t = sign_flip_test(values), paired_t_test(values)
-    mixed_model = mixed_model_test(rates, comparison.factor, comparison.first, comparison.second, at)
-    lacking = sorted({rate.participant for rate in rates} - {participant for participant, _ in differences})
+    mixed_model = mixed_model_test(rates, contrast)
+    lacking = sorted(
+        {rate.participant for rate in rates} - {difference.participant for difference in differences}
+    )
     return ComparisonResult(
-        factor=comparison.factor,
-        first=comparison.first,
-        second=comparison.second,
-        at=at,
+        contrast=contrast,
         differences=differences,
         mean=float(statistics.mean(values)) if values else None,
         sd=statistics.stdev(floats) if len(floats) > 1 else None,
@@ -144,26 +151,29 @@ def _compare(
 
 
 def _differences(
-    rates: Sequence[ParticipantRate], design: Design, comparison: Comparison, at: Condition
-) -> tuple[tuple[str, Fraction], ...]:
+    rates: Sequence[ParticipantRate], design: Design, contrast: Contrast
+) -> tuple[Difference, ...]:
     """Return each participant's rate at the first level minus that at the second, where both are known."""
-    kept = [factor for factor in design.factors if factor.name in (comparison.factor, comparison.at_each)]
-    marginal = {
-        (rate.participant, frozenset(rate.condition)): rate.rate for rate in marginal_rates(rates, kept)
-    }
-
-    def rate_at(participant: str, level: Level) -> Fraction | None:
-        return marginal[participant, frozenset({(comparison.factor, level), *at})]
-
+    kept = [factor for factor in design.factors if factor.name in (contrast.factor, contrast.over)]
+    marginal = {(rate.participant, frozenset(rate.condition)): rate for rate in marginal_rates(rates, kept)}
+    people = dict.fromkeys(rate.participant for rate in rates)
     pairs = (
-        (participant, rate_at(participant, comparison.first), rate_at(participant, comparison.second))
-        for participant in dict.fromkeys(rate.participant for rate in rates)
+        (
+            marginal[participant, contrast.side(contrast.first)],
+            marginal[participant, contrast.side(contrast.second)],
+        )
+        for participant in people
     )
     return tuple(
-        (participant, first - second)
-        for participant, first, second in pairs
-        if first is not None and second is not None
+        Difference(contrast, first.participant, first.rate - second.rate, _newcombe(first, second))
+        for first, second in pairs
+        if first.rate is not None and second.rate is not None
     )
+
+
+def _newcombe(first: ParticipantRate, second: ParticipantRate) -> Interval | None:
+    single = first.interval is not None and second.interval is not None  # conditions
+    return newcombe_interval((first.felt, first.n), (second.felt, second.n)) if single else None
 
 
 def _notes(

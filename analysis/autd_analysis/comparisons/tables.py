@@ -1,18 +1,27 @@
-"""The table of planned comparisons."""
+"""The tables of the planned comparisons, and of each participant's differences."""
 
-from autd_analysis.comparisons.numbers import DIFFERENCE_INTERVAL, ComparisonResult
-from autd_analysis.report.table import COMPARED, Declared, ResultTable, interval_columns, iterated, joined
-from autd_analysis.report.wording import levels_text
-from autd_analysis.study import Results
+from collections.abc import Sequence
+
+from autd_analysis.comparisons.numbers import (
+    DIFFERENCE_INTERVAL,
+    NEWCOMBE_INTERVAL,
+    ComparisonResult,
+    Difference,
+)
+from autd_analysis.report.table import (
+    AT,
+    COMPARED,
+    PARTICIPANT,
+    Declared,
+    interval_columns,
+    iterated,
+    joined,
+)
 from autd_trials.tables import Column, of
 
 _RATES: tuple[Column[ComparisonResult], ...] = (
     *COMPARED,
-    Column(
-        "at",
-        "The level of the other factor at which they were compared; n/a if over all trials.",
-        lambda result: levels_text(result.at),
-    ),
+    AT,
     Column(
         "participants",
         "Number of participants who have both rates.",
@@ -141,14 +150,23 @@ _MIXED_MODEL: tuple[Column[ComparisonResult], ...] = (
 )
 
 
-def comparison_table(results: Results) -> ResultTable:
-    """Return the planned comparisons with all their tests."""
-    return COMPARISONS.made(results, results.comparisons)
-
-
-COMPARISONS = Declared[ComparisonResult](
+COMPARISONS = Declared[Sequence[ComparisonResult], ComparisonResult](
     "comparisons",
     "The planned comparisons, each participant compared with himself or herself.",
-    (*_RATES, *_SIGN_FLIP, *_PAIRED_T, *_WILCOXON, *_MIXED_MODEL),
+    rows=lambda comparisons: comparisons,
+    columns=(*_RATES, *_SIGN_FLIP, *_PAIRED_T, *_WILCOXON, *_MIXED_MODEL),
     notes=lambda result: joined(result.notes),
+)
+DIFFERENCES = Declared[Sequence[ComparisonResult], Difference](
+    "differences_by_participant",
+    "Each participant's difference of rates in the planned comparisons.",
+    rows=lambda comparisons: [each for result in comparisons for each in result.differences],
+    columns=(
+        PARTICIPANT,
+        *COMPARED,
+        AT,
+        Column("difference", "Rate at first minus rate at second.", lambda row: float(row.value)),
+        *interval_columns(NEWCOMBE_INTERVAL),
+    ),
+    notes=lambda row: None if row.interval else "mean over conditions, so no interval",
 )

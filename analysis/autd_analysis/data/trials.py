@@ -1,6 +1,7 @@
 """A study's trial tables as one tidy data frame, with everything odd about them reported."""
 
 import dataclasses
+import math
 import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -63,6 +64,14 @@ class Trials:
     def participants(self) -> tuple[str, ...]:
         """The participants' labels, in order."""
         return tuple(sorted(set(self.table["participant"])))
+
+    def stimuli_per_condition(self) -> set[int]:
+        """Return the numbers of stimuli counted per participant and condition; 0 where there is none."""
+        stimuli = self.table[self.table["used"] & (self.table["trial_type"] == "stimulus")]
+        keys = ["participant", *(factor.name for factor in self.design.factors)]
+        counts = stimuli.groupby(keys, observed=True).size()
+        cells = len(self.participants) * math.prod(len(factor.levels) for factor in self.design.factors)
+        return {int(count) for count in counts} | ({0} if len(counts) < cells else set())
 
     @property
     def sessions(self) -> int:

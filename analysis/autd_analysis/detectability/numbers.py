@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from autd_analysis.basics.intervals import Interval, t_interval, wald_interval
 from autd_analysis.data.design import Condition
-from autd_analysis.rates.numbers import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate, Rates
 
 DETECTABILITY_INTERVAL = "95 % t interval over participants"
 PARTICIPANT_INTERVAL = "95 % Wald interval, trials taken as independent"
@@ -65,6 +65,20 @@ class GroupDetectability:
     criterion: float
     criterion_interval: Interval | None
     participants: int
+
+
+@dataclass(frozen=True)
+class DetectabilityResults:
+    """What there is of d', of each participant and over participants; empty without catch trials."""
+
+    participants: tuple[Detectability, ...]
+    conditions: tuple[GroupDetectability, ...]
+
+
+def detectability_results(rates: Rates) -> DetectabilityResults:
+    """Return d' in every condition, of each participant and over participants."""
+    found = detectability(rates.participants, rates.block_false_alarms) or ()
+    return DetectabilityResults(found, over_participants(found))
 
 
 def detectability(

@@ -4,31 +4,22 @@ from autd_analysis.detectability.numbers import (
     DETECTABILITY_INTERVAL,
     PARTICIPANT_INTERVAL,
     Detectability,
+    DetectabilityResults,
     GroupDetectability,
 )
 from autd_analysis.report.table import (
     NO_CATCH_TRIALS,
     PARTICIPANT,
     Declared,
-    ResultTable,
     interval_columns,
     why_no_interval,
 )
-from autd_analysis.study import Results
 from autd_trials.tables import Column, of
 
-
-def detectability_tables(results: Results) -> tuple[ResultTable, ...]:
-    """Return d' over participants and of each."""
-    return (
-        OVER_PARTICIPANTS.made(results, results.group_detectability),
-        BY_PARTICIPANT.made(results, results.detectability or ()),
-    )
-
-
-BY_PARTICIPANT = Declared[Detectability](
+BY_PARTICIPANT = Declared[DetectabilityResults, Detectability](
     "detectability_by_participant",
     "d' and criterion in every condition, of each participant.",
+    rows=lambda found: found.participants,
     leading=(PARTICIPANT,),
     condition=lambda found: found.condition,
     columns=(
@@ -59,9 +50,10 @@ BY_PARTICIPANT = Declared[Detectability](
     ),
     undefined=NO_CATCH_TRIALS,
 )
-OVER_PARTICIPANTS = Declared[GroupDetectability](
+OVER_PARTICIPANTS = Declared[DetectabilityResults, GroupDetectability](
     "detectability",
     "d' and criterion in every condition, over participants.",
+    rows=lambda found: found.conditions,
     condition=lambda group: group.condition,
     columns=(
         Column("d_prime", "Mean of the participants' d'.", lambda group: group.d_prime),

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from autd_analysis.basics.intervals import Interval, t_interval
 from autd_analysis.basics.paired import PairedT, SignFlip, as_integers, paired_t_test, sign_flip_test
 from autd_analysis.comparisons.numbers import ComparisonResult
+from autd_analysis.data.contrasts import Contrast, contrast_families
 from autd_trials.protocol.schema import Level
 
 MOST_FLIPPED = 18
@@ -35,7 +36,7 @@ class Interaction:
 
     Attributes
     ----------
-    factor, first, second, over
+    contrast, over
         What was compared, and over the levels of which factor.
     participants
         Number of participants with the difference at every level.
@@ -46,9 +47,7 @@ class Interaction:
         Exact p of flipping each participant's contrasts, and the smallest that there could have been.
     """
 
-    factor: str
-    first: Level
-    second: Level
+    contrast: Contrast
     over: str
     participants: int
     t2: float | None
@@ -65,7 +64,7 @@ class Trend:
 
     Attributes
     ----------
-    factor, first, second, over
+    contrast, over
         What was compared, and along which factor.
     unit
         What the slope is per: octave where all levels are positive, else unit of the factor.
@@ -73,9 +72,7 @@ class Trend:
         The slopes' number, mean, t interval over participants, and tests against zero.
     """
 
-    factor: str
-    first: Level
-    second: Level
+    contrast: Contrast
     over: str
     unit: str
     participants: int
@@ -83,6 +80,19 @@ class Trend:
     interval: Interval | None
     paired_t: PairedT | None
     sign_flip: SignFlip | None
+
+
+@dataclass(frozen=True)
+class Interactions:
+    """Interactions of all comparisons made at several levels, and their trends over three or more numbers."""
+
+    interactions: tuple[Interaction, ...]
+    trends: tuple[Trend, ...]
+
+
+def dependence_on_other_factor(comparisons: tuple[ComparisonResult, ...]) -> Interactions:
+    """Return interactions and trends of the planned comparisons."""
+    return Interactions(interactions(comparisons), trends(comparisons))
 
 
 def interactions(comparisons: Sequence[ComparisonResult]) -> tuple[Interaction, ...]:
@@ -101,12 +111,8 @@ def trends(comparisons: Sequence[ComparisonResult]) -> tuple[Trend, ...]:
 
 def _families(comparisons: Sequence[ComparisonResult]) -> list[list[ComparisonResult]]:
     """Return the comparisons of the same levels at several levels of one other factor."""
-    at_levels = [result for result in comparisons if len(result.at) == 1]
-    families: dict[tuple[str, Level, Level, str], list[ComparisonResult]] = {}
-    for result in at_levels:
-        key = (result.factor, result.first, result.second, result.at[0][0])
-        families.setdefault(key, []).append(result)
-    return [family for family in families.values() if len(family) > 1]
+    by_contrast = {result.contrast: result for result in comparisons}
+    return [[by_contrast[each] for each in family] for family in contrast_families(by_contrast)]
 
 
 def _interaction(family: Sequence[ComparisonResult]) -> Interaction:
@@ -117,10 +123,8 @@ def _interaction(family: Sequence[ComparisonResult]) -> Interaction:
     t2, f, df, f_p = _hotelling(contrasts)
     floor, flipped = _flip(table)
     return Interaction(
-        factor=family[0].factor,
-        first=family[0].first,
-        second=family[0].second,
-        over=family[0].at[0][0],
+        contrast=family[0].contrast.overall,
+        over=_over(family),
         participants=len(differences),
         t2=t2,
         f=f,
@@ -187,10 +191,8 @@ def _trend(family: Sequence[ComparisonResult]) -> Trend:
         for row in _complete(family)
     ]
     return Trend(
-        factor=family[0].factor,
-        first=family[0].first,
-        second=family[0].second,
-        over=family[0].at[0][0],
+        contrast=family[0].contrast.overall,
+        over=_over(family),
         unit="octave" if octaves else "unit",
         participants=len(slopes),
         mean=float(sum(slopes) / len(slopes)) if slopes else None,
@@ -202,7 +204,7 @@ def _trend(family: Sequence[ComparisonResult]) -> Trend:
 
 def _complete(family: Sequence[ComparisonResult]) -> list[list[Fraction]]:
     """Return the differences at every level, of the participants who have all of them."""
-    columns = [dict(result.differences) for result in family]
+    columns = [{each.participant: each.value for each in result.differences} for result in family]
     return [
         [column[participant] for column in columns]
         for participant in columns[0]
@@ -210,8 +212,12 @@ def _complete(family: Sequence[ComparisonResult]) -> list[list[Fraction]]:
     ]
 
 
+def _over(family: Sequence[ComparisonResult]) -> str:
+    return family[0].contrast.at[0][0]
+
+
 def _level(result: ComparisonResult) -> Level:
-    return result.at[0][1]
+    return result.contrast.at[0][1]
 
 
 def _rational(value: float) -> Fraction:

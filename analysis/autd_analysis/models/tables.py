@@ -1,68 +1,26 @@
 """The tables of the mixed models of all answers: means, simple effects, and how they were fitted."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol as Interface
 
 from autd_analysis.basics.intervals import Interval
+from autd_analysis.data.contrasts import Contrast
 from autd_analysis.data.design import Condition
-from autd_analysis.models.cell_model import CellModel, SimpleEffect
-from autd_analysis.models.cells import Compared, planned
+from autd_analysis.models.cell_model import CellModel, Models, SimpleEffect
 from autd_analysis.models.means import ModelMean
-from autd_analysis.report.table import Declared, ResultTable, iterated, joined
-from autd_analysis.report.wording import levels_text
-from autd_analysis.study import Results
+from autd_analysis.report.table import (
+    AT,
+    COMPARED,
+    NOTHING_COMPARED,
+    PARTICIPANTS,
+    READING,
+    TRIALS,
+    Declared,
+    iterated,
+    joined,
+)
 from autd_trials.tables import Column, level_text, of
-
-READING = "The estimate in words."
-NOTHING_COMPARED = "the protocol plans no comparison"
-
-
-class _Compares(Interface):
-    @property
-    def compared(self) -> Compared | None: ...
-
-
-class _At(Interface):
-    @property
-    def at(self) -> Condition: ...
-
-
-class _Counted(Interface):
-    @property
-    def participants(self) -> int: ...
-
-    @property
-    def trials(self) -> int: ...
-
-
-PARTICIPANTS: Column[_Counted] = Column(
-    "participants", "Number of participants who tell something about it.", lambda row: row.participants
-)
-TRIALS: Column[_Counted] = Column("trials", "Number of their trials counted.", lambda row: row.trials)
-COMPARED: tuple[Column[_Compares], ...] = (
-    Column(
-        "factor",
-        "The factor compared, whose slope varies over participants; n/a: none is compared.",
-        of(lambda row: row.compared, lambda compared: compared.factor),
-    ),
-    Column(
-        "first",
-        "The level subtracted from.",
-        of(lambda row: row.compared, lambda compared: level_text(compared.first)),
-    ),
-    Column(
-        "second",
-        "The level subtracted.",
-        of(lambda row: row.compared, lambda compared: level_text(compared.second)),
-    ),
-)
-AT: Column[_At] = Column(
-    "at",
-    "The level of the other factor at which they were compared; n/a: the mean over all.",
-    lambda row: levels_text(row.at),
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +28,7 @@ class _Model:
     """A model as rows of all three tables have it."""
 
     model: CellModel
-
-    @property
-    def compared(self) -> Compared | None:
-        return self.model.compared
+    contrast: Contrast | None
 
     @property
     def participants(self) -> int:
@@ -91,10 +46,7 @@ class _Model:
 @dataclass(frozen=True, eq=False)
 class _Mean(_Model):
     condition: Condition
-
-    @property
-    def mean(self) -> ModelMean | None:
-        return next((mean for mean in self.model.means if mean.condition == self.condition), None)
+    mean: ModelMean | None
 
     @property
     def population_interval(self) -> Interval | None:
@@ -107,7 +59,6 @@ class _Mean(_Model):
 
 @dataclass(frozen=True, eq=False)
 class _Effect(_Model):
-    at: Condition
     effect: SimpleEffect | None
 
     @property
@@ -115,33 +66,30 @@ class _Effect(_Model):
         return "a condition has no trials" if self.effect is None and self.model.means else super().notes
 
 
-def model_tables(results: Results) -> tuple[ResultTable, ...]:
-    """Return means, effects and fit of the mixed models."""
-    models = results.cell_models
-    plan = planned(results.trials.design)
-    return (
-        MEANS.made(results, (_Mean(model, rate.condition) for model in models for rate in results.rates)),
-        EFFECTS.made(results, (effect for model in models for effect in _effects(model, plan))),
-        FIT.made(results, map(_Model, models)),
-    )
-
-
-def odds_reading(compared: Compared, logits: float | None, interval: Interval | None) -> str | None:
+def odds_reading(contrast: Contrast, logits: float | None, interval: Interval | None) -> str | None:
     """Return a difference in logits as a ratio of odds, in words."""
     if logits is None or interval is None:
         return None
-    first, second = level_text(compared.first), level_text(compared.second)
+    first, second = level_text(contrast.first), level_text(contrast.second)
     return (
         f"the odds of feeling are {_ratio(logits)} times as high with {first} as with {second} "
         f"(95 %: {_ratio(interval.low)} to {_ratio(interval.high)})"
     )
 
 
-def _effects(model: CellModel, plan: Sequence[tuple[Compared, Condition]]) -> Iterator[_Effect]:
-    found = {effect.at: effect for effect in model.effects}
-    for compared, at in plan:
-        if compared == model.compared:
-            yield _Effect(model, at, found.get(at))
+def _means(found: Models) -> Iterator[_Mean]:
+    for model in found.models:
+        means = {mean.condition: mean for mean in model.means}
+        for condition in found.conditions:
+            yield _Mean(model, model.compared, condition, means.get(condition))
+
+
+def _effects(found: Models) -> Iterator[_Effect]:
+    for model in found.models:
+        effects = {effect.at: effect for effect in model.effects}
+        for contrast in found.contrasts:
+            if contrast.overall == model.compared:
+                yield _Effect(model, contrast, effects.get(contrast.at))
 
 
 def _method(nodes: int) -> str:
@@ -162,15 +110,15 @@ def _mean_reading(mean: ModelMean) -> str:
 
 
 def _effect_reading(row: _Effect) -> str | None:
-    compared, effect = row.compared, row.effect
-    if compared is None or effect is None:
+    contrast, effect = row.contrast, row.effect
+    if contrast is None or effect is None:
         return None
     if row.model.link == "logit":
-        return odds_reading(compared, effect.difference, effect.interval)
+        return odds_reading(contrast, effect.difference, effect.interval)
     more = "higher" if effect.difference > 0 else "lower"
     return (
         f"{abs(effect.difference):.2g} standard deviations of noise {more} with "
-        f"{level_text(compared.first)} than with {level_text(compared.second)}"
+        f"{level_text(contrast.first)} than with {level_text(contrast.second)}"
     )
 
 
@@ -187,9 +135,10 @@ _LINK: Column[_Model] = Column(
     lambda row: row.model.link,
     levels={"logit": "Log odds.", "probit": "Normal quantiles: standard deviations of noise."},
 )
-MEANS = Declared[_Mean](
+MEANS = Declared[Models, _Mean](
     "model_means",
     "Every condition's mean by a mixed model of all answers.",
+    rows=_means,
     leading=(_LINK, *COMPARED),
     condition=lambda row: row.condition,
     columns=(
@@ -239,10 +188,11 @@ MEANS = Declared[_Mean](
     ),
     notes=lambda row: row.notes,
 )
-EFFECTS = Declared[_Effect](
+EFFECTS = Declared[Models, _Effect](
     "model_effects",
     "Simple effects of what is compared by the same models. They take a participant's slope for the "
     "same at all levels; where it is not, their p and that of the interaction are too small.",
+    rows=_effects,
     columns=(
         _LINK,
         *COMPARED,
@@ -285,10 +235,11 @@ EFFECTS = Declared[_Effect](
     notes=lambda row: row.notes,
     undefined=NOTHING_COMPARED,
 )
-FIT = Declared[_Model](
+FIT = Declared[Models, _Model](
     "model_fit",
     "How these models were fitted, how participants vary, and the interaction, which has the "
     "weakness of the simple effects.",
+    rows=lambda found: [_Model(model, model.compared) for model in found.models],
     columns=(
         _LINK,
         *COMPARED,

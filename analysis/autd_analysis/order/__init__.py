@@ -1,1 +1,22 @@
 """Whether answers depend on when they were given."""
+
+from autd_analysis.comparisons import STEERED
+from autd_analysis.data.trials import Trials
+from autd_analysis.order.numbers import OrderEffect, order_effects
+from autd_analysis.order.tables import ORDER_EFFECTS
+from autd_analysis.order.words import DEFINITIONS, words
+from autd_analysis.subject import NotApplicable, Others, Subject
+
+
+def _compute(trials: Trials, _results: Others) -> tuple[OrderEffect, ...] | NotApplicable:
+    return STEERED if trials.design.method else order_effects(trials)
+
+
+ORDER = Subject[tuple[OrderEffect, ...]](
+    name="order",
+    title="Effects of order",
+    compute=_compute,
+    definitions=DEFINITIONS,
+    tables=(ORDER_EFFECTS,),
+    words=words,
+)

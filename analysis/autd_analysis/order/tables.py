@@ -1,21 +1,17 @@
 """The table of effects of order."""
 
+from collections.abc import Sequence
+
 from autd_analysis.order.numbers import OrderEffect
-from autd_analysis.report.table import Declared, ResultTable
-from autd_analysis.study import Results
+from autd_analysis.report.table import Declared
 from autd_trials.tables import Column, of
 
-
-def order_effect_table(results: Results) -> ResultTable:
-    """Return the checks for effects of order."""
-    return ORDER_EFFECTS.made(results, results.order_effects)
-
-
-ORDER_EFFECTS = Declared[OrderEffect](
+ORDER_EFFECTS = Declared[Sequence[OrderEffect], OrderEffect](
     "order_effects",
     "Whether answers depend on when they were given: checks, not planned tests. Of several, one below "
     ".05 is no wonder.",
-    (
+    rows=lambda found: found,
+    columns=(
         Column("effect", "What answers may depend on.", lambda effect: effect.name),
         Column("about", "What the estimate is.", lambda effect: effect.about),
         Column(

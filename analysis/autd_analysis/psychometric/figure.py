@@ -1,7 +1,8 @@
 """The figure of psychometric functions: every participant's answers and curve, and the group's."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from autd_analysis.data.design import Condition, shown_factors
 from autd_analysis.psychometric.functions import Array, psychometric_function
 from autd_analysis.psychometric.numbers import GroupCurve, ParticipantCurve, PsychometricResults
+from autd_analysis.report.figures import ResultFigure
 from autd_analysis.report.style import (
     GREY,
     GRID,
@@ -24,7 +26,7 @@ from autd_analysis.report.style import (
     wrapped_notes,
 )
 from autd_analysis.report.wording import factor_label, level_label, shortened, size_words
-from autd_analysis.study import Results
+from autd_analysis.subject import Others
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +46,28 @@ _NOTE = (
 )
 
 
-def draw_psychometric(results: Results, found: PsychometricResults) -> "Figure":
+def figures(found: Sequence[PsychometricResults], results: Others) -> Iterator[ResultFigure]:
+    """Yield a figure for each factor along which there are functions."""
+    for each in found:
+        yield ResultFigure(
+            "psychometric" if len(found) == 1 else f"psychometric_{each.along}",
+            f"Psychometric functions along {factor_label(each.along)}",
+            "A panel for each condition: every participant's rates as dots and fitted function as a thin "
+            "line; the function of an average participant as a thick line, with its threshold and interval. "
+            "All numbers are in the tables of psychometric functions.",
+            partial(draw_psychometric, results, each),
+        )
+
+
+def draw_first_panel_on(found: Sequence[PsychometricResults], results: Others, axes: "Axes") -> None:
+    """Draw the functions of the first condition along the first factor on given axes."""
+    if found and found[0].groups:
+        _prepare(axes, found[0], first=True)
+        group = found[0].groups[0]
+        _draw_condition(axes, found[0], group, _style(results, group.condition))
+
+
+def draw_psychometric(results: Others, found: PsychometricResults) -> "Figure":
     """Draw the functions along one factor, within `autd_analysis.report.style.figure_style`.
 
     A panel for each condition of the other factors.
@@ -68,7 +91,7 @@ def draw_psychometric(results: Results, found: PsychometricResults) -> "Figure":
         hspace=0.45,
     )
     draw_header(
-        figure, results.trials.design.protocol, size_words(results.trials), simulated=results.simulated
+        figure, results.trials.design.protocol, size_words(results.trials), simulated=results.trials.simulated
     )
     for place, group in enumerate(found.groups):
         axes = figure.add_subplot(grid[place // columns, place % columns])
@@ -182,13 +205,13 @@ def _abscissae(axes: "Axes", found: PsychometricResults) -> Array:
     return np.geomspace(first, last, 100) if found.axis.logarithmic else np.linspace(first, last, 100)
 
 
-def _style(results: Results, condition: Condition) -> Style:
+def _style(results: Others, condition: Condition) -> Style:
     _, colour = shown_factors(results.trials.design)
     level = dict(condition).get(colour.name) if colour else None
     return level_style(colour.levels.index(level)) if colour and level is not None else PLAIN
 
 
-def _name(results: Results, condition: Condition) -> str:
+def _name(results: Others, condition: Condition) -> str:
     """Return a condition's levels; factors that have but one go without saying."""
     varied = {factor.name for factor in results.trials.design.factors if len(factor.levels) > 1}
     levels = [f"{factor_label(name)}: {level_label(level)}" for name, level in condition if name in varied]

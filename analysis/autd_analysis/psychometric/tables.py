@@ -1,7 +1,7 @@
 """The tables of psychometric functions: of each participant, and over participants."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from autd_analysis.psychometric.hierarchical import MIXED_MODEL, TWO_STAGE, MixedCurve
@@ -13,12 +13,10 @@ from autd_analysis.report.table import (
     LOW,
     PARTICIPANT,
     Declared,
-    ResultTable,
     interval_kind,
     iterated,
     joined,
 )
-from autd_analysis.study import Results
 from autd_trials.tables import Column, of
 
 _NONE = "undefined: no factor has three or more numbers as its levels"
@@ -61,17 +59,6 @@ class _Group(_Along):
         return self.found.mixed
 
 
-def psychometric_tables(results: Results) -> tuple[ResultTable, ...]:
-    """Return the functions over participants and of each."""
-    found = results.psychometric
-    return (
-        OVER_PARTICIPANTS.made(results, (_Group(each, group) for each in found for group in each.groups)),
-        BY_PARTICIPANT.made(
-            results, (_Participant(each, curve) for each in found for curve in each.participants)
-        ),
-    )
-
-
 def _finite(slope: float | None) -> float | None:
     return slope if slope is not None and math.isfinite(slope) else None
 
@@ -96,9 +83,10 @@ _ALONG: tuple[Column[_Along], ...] = (
         lambda row: row.results.axis.unit,
     ),
 )
-BY_PARTICIPANT = Declared[_Participant](
+BY_PARTICIPANT = Declared[Sequence[PsychometricResults], _Participant](
     "psychometric_by_participant",
     "Psychometric functions of each participant, in every condition of the other factors.",
+    rows=lambda found: [_Participant(each, curve) for each in found for curve in each.participants],
     leading=(PARTICIPANT, *_ALONG),
     condition=lambda row: row.found.condition,
     columns=(
@@ -185,9 +173,10 @@ BY_PARTICIPANT = Declared[_Participant](
     notes=lambda row: joined(_participant_notes(row)),
     undefined=_NONE,
 )
-OVER_PARTICIPANTS = Declared[_Group](
+OVER_PARTICIPANTS = Declared[Sequence[PsychometricResults], _Group](
     "psychometric",
     "Psychometric functions over participants, in every condition of the other factors.",
+    rows=lambda found: [_Group(each, group) for each in found for group in each.groups],
     leading=_ALONG,
     condition=lambda row: row.found.condition,
     columns=(

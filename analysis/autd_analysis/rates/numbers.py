@@ -93,6 +93,42 @@ class ConditionRate:
     n: int
 
 
+@dataclass(frozen=True)
+class Rates:
+    """A study's rates.
+
+    Attributes
+    ----------
+    participants, conditions
+        Detection rates in every condition, of each participant and over participants.
+    block_false_alarms
+        Each participant's false alarms in every kind of block; None without catch trials: the false-alarm
+        rate is then undefined.
+    participant_false_alarms, false_alarms
+        Likewise, and over all kinds of blocks; of each participant and over participants.
+    """
+
+    participants: tuple[ParticipantRate, ...]
+    conditions: tuple[ConditionRate, ...]
+    block_false_alarms: tuple[ParticipantRate, ...] | None
+    participant_false_alarms: tuple[ParticipantRate, ...] | None
+    false_alarms: tuple[ConditionRate, ...] | None
+
+
+def all_rates(trials: Trials) -> Rates:
+    """Return detection and false-alarm rates, of each participant and over participants."""
+    rates = detection_rates(trials)
+    by_block = false_alarm_rates(trials)
+    false_alarms = None if by_block is None else _with_all_blocks(by_block)
+    return Rates(
+        participants=rates,
+        conditions=over_participants(rates),
+        block_false_alarms=by_block,
+        participant_false_alarms=false_alarms,
+        false_alarms=None if false_alarms is None else over_participants(false_alarms),
+    )
+
+
 def detection_rates(trials: Trials) -> tuple[ParticipantRate, ...]:
     """Return how often each participant felt the stimulus, for every condition of the study.
 
@@ -176,6 +212,11 @@ def over_participants(rates: Sequence[ParticipantRate]) -> tuple[ConditionRate, 
         _over_participants(condition, [rate for rate in rates if rate.condition == condition])
         for condition in dict.fromkeys(rate.condition for rate in rates)
     )
+
+
+def _with_all_blocks(rates: tuple[ParticipantRate, ...]) -> tuple[ParticipantRate, ...]:
+    """Add the rates over all kinds of blocks, where there is more than one kind."""
+    return rates + marginal_rates(rates, []) if any(rate.condition for rate in rates) else rates
 
 
 def _count(trials: Trials, trial_type: str, factors: Sequence[StudyFactor]) -> tuple[ParticipantRate, ...]:

@@ -1,16 +1,20 @@
 """The tables of detection and false-alarm rates."""
 
-from autd_analysis.rates.numbers import GROUP_INTERVAL, PARTICIPANT_INTERVAL, ConditionRate, ParticipantRate
+from autd_analysis.rates.numbers import (
+    GROUP_INTERVAL,
+    PARTICIPANT_INTERVAL,
+    ConditionRate,
+    ParticipantRate,
+    Rates,
+)
 from autd_analysis.report.table import (
     NO_CATCH_TRIALS,
     PARTICIPANT,
     Declared,
-    ResultTable,
     interval_columns,
     iterated,
     why_no_interval,
 )
-from autd_analysis.study import Results
 from autd_trials.tables import Column, of
 
 _PARTICIPANT: tuple[Column[ParticipantRate], ...] = (
@@ -91,17 +95,6 @@ _CONDITION: tuple[Column[ConditionRate], ...] = (
 )
 
 
-def rate_tables(results: Results) -> tuple[ResultTable, ...]:
-    """Return the rates over participants and of each, and the false alarms likewise."""
-    blocks = results.trials.design.between_blocks
-    return (
-        RATES.made(results, results.rates),
-        RATES_BY_PARTICIPANT.made(results, results.participant_rates),
-        FALSE_ALARMS.made(results, results.false_alarms or (), blocks),
-        FALSE_ALARMS_BY_PARTICIPANT.made(results, results.participant_false_alarms or (), blocks),
-    )
-
-
 def _participant_note(rate: ParticipantRate) -> str | None:
     averaged = rate.rate is not None and rate.interval is None
     return "mean over kinds of blocks, so no interval" if averaged else None
@@ -111,35 +104,41 @@ def _condition_note(rate: ConditionRate) -> str | None:
     return why_no_interval(rate.interval, rate.participants)
 
 
-RATES = Declared[ConditionRate](
+RATES = Declared[Rates, ConditionRate](
     "rates",
     "Detection rate in every condition, over participants.",
-    _CONDITION,
-    _condition_note,
+    rows=lambda rates: rates.conditions,
+    columns=_CONDITION,
+    notes=_condition_note,
     condition=lambda rate: rate.condition,
 )
-RATES_BY_PARTICIPANT = Declared[ParticipantRate](
+RATES_BY_PARTICIPANT = Declared[Rates, ParticipantRate](
     "rates_by_participant",
     "Detection rate in every condition, of each participant.",
-    _PARTICIPANT,
-    _participant_note,
+    rows=lambda rates: rates.participants,
+    columns=_PARTICIPANT,
+    notes=_participant_note,
     leading=(PARTICIPANT,),
     condition=lambda rate: rate.condition,
 )
-FALSE_ALARMS = Declared[ConditionRate](
+FALSE_ALARMS = Declared[Rates, ConditionRate](
     "false_alarms",
     "False-alarm rate (catch trials answered as felt), over participants.",
-    _CONDITION,
-    _condition_note,
+    rows=lambda rates: rates.false_alarms or (),
+    columns=_CONDITION,
+    notes=_condition_note,
     condition=lambda rate: rate.condition,
+    factors=lambda design: design.between_blocks,
     undefined=NO_CATCH_TRIALS,
 )
-FALSE_ALARMS_BY_PARTICIPANT = Declared[ParticipantRate](
+FALSE_ALARMS_BY_PARTICIPANT = Declared[Rates, ParticipantRate](
     "false_alarms_by_participant",
     "False-alarm rate (catch trials answered as felt), of each participant.",
-    _PARTICIPANT,
-    _participant_note,
+    rows=lambda rates: rates.participant_false_alarms or (),
+    columns=_PARTICIPANT,
+    notes=_participant_note,
     leading=(PARTICIPANT,),
     condition=lambda rate: rate.condition,
+    factors=lambda design: design.between_blocks,
     undefined=NO_CATCH_TRIALS,
 )

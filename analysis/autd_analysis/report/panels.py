@@ -8,10 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from autd_analysis.basics.intervals import Interval
-from autd_analysis.comparisons.numbers import ComparisonResult
 from autd_analysis.data.design import StudyFactor
-from autd_analysis.rates.numbers import ParticipantRate, over_participants
-from autd_analysis.report.style import GREY, GRID, PLAIN, Style, level_style
+from autd_analysis.report.style import GREY, GRID, Style, level_style
 from autd_analysis.report.wording import level_label, shortened
 
 if TYPE_CHECKING:
@@ -34,23 +32,6 @@ class Column:
     mean: float | None
     interval: Interval | None
     style: Style
-
-
-def rate_column(rates: Sequence[ParticipantRate], style: Style) -> Column:
-    """Return the column of participants' rates in one condition."""
-    summaries = over_participants(rates)
-    return Column(
-        values={rate.participant: float(rate.rate) for rate in rates if rate.rate is not None},
-        mean=summaries[0].mean if summaries else None,
-        interval=summaries[0].interval if summaries else None,
-        style=style,
-    )
-
-
-def difference_column(result: ComparisonResult) -> Column:
-    """Return the column of participants' differences in one comparison."""
-    values = {participant: float(difference) for participant, difference in result.differences}
-    return Column(values, result.mean, result.interval, PLAIN)
 
 
 def fitted_labels(labels: Sequence[str], width_in: float) -> list[str]:

@@ -1,18 +1,22 @@
-"""A table of results: declared once, and made from results; and what the declarations have in common."""
+"""A table of results: declared once, with how its rows and columns are got; and what declarations share."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 from typing import Protocol as Interface
 
 from autd_analysis.basics.intervals import Interval
-from autd_analysis.data.design import Condition, StudyFactor
-from autd_analysis.study import Results
-from autd_trials.protocol.schema import Level
+from autd_analysis.data.contrasts import Contrast
+from autd_analysis.data.design import Condition, Design, StudyFactor
+from autd_analysis.data.trials import Trials
 from autd_trials.tables import Column, Value, level_text, of, require_reserved
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 Row = Mapping[str, Value]
+Found = TypeVar("Found", contravariant=True)
 Of = TypeVar("Of")
 
 _SIGNIFICANT_DIGITS = 10
@@ -40,15 +44,23 @@ class ResultTable:
     columns: tuple[Column[Row], ...]
     rows: tuple[Row, ...]
 
+    def to_frame(self) -> "pd.DataFrame":
+        """Return the table as a data frame; what is missing or undefined is missing there."""
+        import pandas as pd
+
+        return pd.DataFrame(list(self.rows), columns=[column.name for column in self.columns])
+
 
 @dataclass(frozen=True)
-class Declared(Generic[Of]):
-    """A table as it is declared: what its columns mean, and how they are got from what a row is about.
+class Declared(Generic[Found, Of]):
+    """A table as it is declared: what its rows are about, what its columns mean, and how both are got.
 
     Attributes
     ----------
     name, about
         As in `ResultTable`.
+    rows
+        Returns what the rows are about, from what a subject found.
     columns
         The columns behind those of the factors, but for `notes` and `simulated`.
     notes
@@ -57,16 +69,20 @@ class Declared(Generic[Of]):
         The columns before those of the factors.
     condition
         Returns a row's level of each factor; None in a table without columns of factors.
+    factors
+        Returns the factors that have columns.
     undefined
         What the only row says if there are none.
     """
 
     name: str
     about: str
+    rows: Callable[[Found], Iterable[Of]]
     columns: tuple[Column[Of], ...]
     notes: Callable[[Of], str | None] = lambda _row: None
     leading: tuple[Column[Of], ...] = ()
     condition: Callable[[Of], Condition] | None = None
+    factors: Callable[[Design], Sequence[StudyFactor]] = lambda design: design.factors
     undefined: str | None = None
 
     def __post_init__(self) -> None:
@@ -80,23 +96,14 @@ class Declared(Generic[Of]):
         """Return all columns but those of the factors."""
         return (*self.leading, *self.columns, *self._last(simulated=simulated))
 
-    def made(
-        self, results: Results, rows: Iterable[Of], factors: Sequence[StudyFactor] | None = None
-    ) -> ResultTable:
-        """Return the table with its numbers rounded.
-
-        Parameters
-        ----------
-        results
-            Whose factors, and whether they are simulated.
-        rows
-            What the rows are about.
-        factors
-            The factors that have columns; all if None.
-        """
-        shown = results.trials.design.factors if factors is None else factors
-        levels = [_factor_column(factor.name, self.condition) for factor in shown] if self.condition else []
-        columns = (*self.leading, *levels, *self.columns, *self._last(simulated=results.simulated))
+    def made(self, found: Found, trials: Trials) -> ResultTable:
+        """Return the table of what was found, with its numbers rounded."""
+        levels = (
+            [_factor_column(factor.name, self.condition) for factor in self.factors(trials.design)]
+            if self.condition
+            else []
+        )
+        columns = (*self.leading, *levels, *self.columns, *self._last(simulated=trials.simulated))
         exact = {column.name for column in levels}
         made = [
             {
@@ -104,12 +111,12 @@ class Declared(Generic[Of]):
                 for column in columns
                 for value in [column.get(row)]
             }
-            for row in rows
+            for row in self.rows(found)
         ]
         if not made and self.undefined is not None:
             made = [
                 dict.fromkeys((column.name for column in columns), None)
-                | {"notes": self.undefined, "simulated": results.simulated}
+                | {"notes": self.undefined, "simulated": trials.simulated}
             ]
         of_rows = tuple(
             Column[Row](each.name, each.description, itemgetter(each.name), each.units, each.levels)
@@ -138,33 +145,56 @@ class _WithInterval(Interface):
     def interval(self) -> Interval | None: ...
 
 
-class Compares(Interface):
-    """Something about two levels of a factor."""
+class _Compares(Interface):
+    @property
+    def contrast(self) -> Contrast | None: ...
+
+
+class _Counted(Interface):
+    @property
+    def participants(self) -> int: ...
 
     @property
-    def factor(self) -> str:
-        """The factor."""
-
-    @property
-    def first(self) -> Level:
-        """The level subtracted from."""
-
-    @property
-    def second(self) -> Level:
-        """The level subtracted."""
+    def trials(self) -> int: ...
 
 
 PARTICIPANT: Column[_OfParticipant] = Column(
     "participant", "The participant's label.", lambda row: row.participant
 )
-COMPARED: tuple[Column[Compares], ...] = (
-    Column("factor", "The factor compared.", lambda row: row.factor),
-    Column("first", "The level subtracted from.", lambda row: level_text(row.first)),
-    Column("second", "The level subtracted.", lambda row: level_text(row.second)),
+COMPARED: tuple[Column[_Compares], ...] = (
+    Column(
+        "factor",
+        "The factor compared; n/a: none is.",
+        of(lambda row: row.contrast, lambda contrast: contrast.factor),
+    ),
+    Column(
+        "first",
+        "The level subtracted from.",
+        of(lambda row: row.contrast, lambda contrast: level_text(contrast.first)),
+    ),
+    Column(
+        "second",
+        "The level subtracted.",
+        of(lambda row: row.contrast, lambda contrast: level_text(contrast.second)),
+    ),
 )
+AT: Column[_Compares] = Column(
+    "at",
+    "The level of the other factor at which they were compared; n/a if over all trials.",
+    of(
+        lambda row: row.contrast,
+        lambda contrast: "; ".join(f"{name} {level_text(level)}" for name, level in contrast.at) or None,
+    ),
+)
+PARTICIPANTS: Column[_Counted] = Column(
+    "participants", "Number of participants who tell something about it.", lambda row: row.participants
+)
+TRIALS: Column[_Counted] = Column("trials", "Number of their trials counted.", lambda row: row.trials)
 LOW = "Lower end of the interval; n/a where none can be given."
 HIGH = "Upper end of the interval; n/a where none can be given."
+READING = "The estimate in words."
 NO_CATCH_TRIALS = "undefined: the study has no catch trials"
+NOTHING_COMPARED = "the protocol plans no comparison"
 
 
 def interval_columns(kind: str, *, iterative: bool = False) -> tuple[Column[_WithInterval], ...]:

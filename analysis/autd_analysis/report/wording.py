@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from autd_analysis.basics.intervals import Interval
-from autd_analysis.comparisons.numbers import ComparisonResult
+from autd_analysis.data.contrasts import Contrast
 from autd_analysis.data.design import Condition, describe_condition
 from autd_trials.protocol.schema import Level
 from autd_trials.tables import level_text
@@ -14,8 +14,23 @@ if TYPE_CHECKING:
 
 MINUS = "\N{MINUS SIGN}"
 _UNITS = {"hz": "Hz", "s": "s", "ms": "ms", "mm": "mm", "db": "dB", "pa": "Pa"}
-_LONGEST_NAME = 24  # characters of a comparison's name in a figure
+_LONGEST_NAME = 24  # characters of a contrast's name in a figure
 _NAMES = {"modulation_hz": "Modulation frequency (Hz)"}
+_COUNTS = [
+    "no",
+    "one",
+    "two",
+    "three",
+    "four",
+    "five",
+    "six",
+    "seven",
+    "eight",
+    "nine",
+    "ten",
+    "eleven",
+    "twelve",
+]
 
 
 def factor_label(name: str) -> str:
@@ -35,55 +50,44 @@ def shortened(text: str, characters: int) -> str:
     return text if len(text) <= characters else f"{text[: characters - 1].rstrip()}\N{HORIZONTAL ELLIPSIS}"
 
 
-def levels_text(condition: Condition) -> str | None:
-    """Return a condition for a table's cell, as in ``modulation_hz 25; clothing inner``; None if empty."""
-    return "; ".join(f"{name} {level_text(level)}" for name, level in condition) or None
-
-
 def size_words(trials: "Trials") -> str:
     """Return how many participants and counted trials there are."""
     counted, people = int(trials.table["used"].sum()), len(trials.participants)
     return f"{people} participant{'s' * (people != 1)}, {counted} trial{'s' * (counted != 1)}"
 
 
-def comparison_names(results: Sequence[ComparisonResult]) -> list[str]:
-    """Return a short name for each comparison: where it was made if that tells all apart, else its number."""
-    if numbered(results):
-        return [str(number) for number in range(1, len(results) + 1)]
-    return [_place(result) for result in results]
+def contrast_names(contrasts: Sequence[Contrast]) -> list[str]:
+    """Return a short name for each contrast: where it was made if that tells all apart, else its number."""
+    if numbered(contrasts):
+        return [str(number) for number in range(1, len(contrasts) + 1)]
+    return [_place(contrast) for contrast in contrasts]
 
 
-def numbered(results: Sequence[ComparisonResult]) -> bool:
-    """Return whether the comparisons are numbered: they are of different things, or their names are long."""
-    different = len({(result.factor, result.first, result.second) for result in results}) > 1
-    return different or any(len(_place(result)) > _LONGEST_NAME for result in results)
+def numbered(contrasts: Sequence[Contrast]) -> bool:
+    """Return whether the contrasts are numbered: they are of different things, or their names are long."""
+    different = len({contrast.overall for contrast in contrasts}) > 1
+    return different or any(len(_place(contrast)) > _LONGEST_NAME for contrast in contrasts)
 
 
-def _place(result: ComparisonResult) -> str:
-    return ", ".join(level_label(level) for _, level in result.at) or "overall"
+def _place(contrast: Contrast) -> str:
+    return ", ".join(level_label(level) for _, level in contrast.at) or "overall"
 
 
-def comparison_label(result: ComparisonResult) -> str:
+def contrast_label(contrast: Contrast) -> str:
     """Return what was compared and where, in full."""
-    return (
-        f"{difference_label(result)} at {describe_condition(result.at)}"
-        if result.at
-        else difference_label(result)
-    )
+    difference = difference_label(contrast)
+    return f"{difference} at {describe_condition(contrast.at)}" if contrast.at else difference
 
 
-def difference_label(result: ComparisonResult) -> str:
+def difference_label(contrast: Contrast) -> str:
     """Return what was subtracted from what, as in ``inner - (inner + outer)``."""
-    first, second = (
-        f"({label})" if "+" in label else label
-        for label in (compared_label(result, result.first), compared_label(result, result.second))
-    )
+    first, second = (f"({label})" if "+" in label else label for label in compared_labels(contrast))
     return f"{first} {MINUS} {second}"
 
 
-def compared_label(result: ComparisonResult, level: Level) -> str:
-    """Return a compared level; a bare number comes with its factor's name."""
-    return compared_level(result.factor, level)
+def compared_labels(contrast: Contrast) -> tuple[str, str]:
+    """Return the two levels; a bare number comes with its factor's name."""
+    return compared_level(contrast.factor, contrast.first), compared_level(contrast.factor, contrast.second)
 
 
 def compared_level(factor: str, level: Level) -> str:
@@ -116,3 +120,40 @@ def format_rate(rate: float | None) -> str:
 def format_interval(interval: Interval | None) -> str:
     """Return an interval as ``[0.20, 0.35]``; ``[n/a]`` if there is none."""
     return "[n/a]" if interval is None else f"[{format_rate(interval.low)}, {format_rate(interval.high)}]"
+
+
+def place_words(condition: Condition) -> str:
+    """Return a condition in a sentence, as in ``at modulation frequency 25 Hz and clothing inner``."""
+    return f"at {and_words([_level(name, level) for name, level in condition])}" if condition else ""
+
+
+def _level(name: str, level: Level) -> str:
+    words, unit = words_and_unit(name)
+    return f"{words} {level_label(level)}{unit}"
+
+
+def words_and_unit(name: str) -> tuple[str, str]:
+    """Return a factor's name in a sentence and, with a blank before it, its unit; "" without one."""
+    words, _, unit = factor_label(name).partition(" (")
+    return words[:1].lower() + words[1:], f" {unit.removesuffix(')')}" if unit else ""
+
+
+def counted_words(number: int, thing: str) -> str:
+    """Return how many there are, as in ``three participants``."""
+    words = _COUNTS[number] if number < len(_COUNTS) else str(number)
+    return f"{words} {thing}{'s' * (number != 1)}"
+
+
+def was(number: int) -> str:
+    """Return the verb that goes with a number of things."""
+    return "was" if number == 1 else "were"
+
+
+def and_words(parts: Sequence[str]) -> str:
+    """Return parts as a list in a sentence."""
+    return f"{', '.join(parts[:-1])} and {parts[-1]}" if len(parts) > 1 else parts[0]
+
+
+def upper_first(text: str) -> str:
+    """Return a text with which a sentence can begin."""
+    return text[:1].upper() + text[1:]

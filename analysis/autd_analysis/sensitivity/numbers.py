@@ -13,13 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autd_analysis.basics.intervals import Interval, wald_interval
-from autd_analysis.data.design import Condition, Design
-from autd_analysis.models.cells import Compared, compared_rows, null_space, participants, planned
+from autd_analysis.comparisons.numbers import ComparisonResult
+from autd_analysis.data.contrasts import Contrast, planned_contrasts
+from autd_analysis.data.design import Design
+from autd_analysis.models.cells import compared_rows, null_space, participants
 from autd_analysis.models.glmm import BinomialRows
-from autd_analysis.rates.numbers import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate, Rates
+from autd_analysis.sensitivity.adjusted import AdjustedP, adjusted_p
 from autd_analysis.sensitivity.conditional import fit_conditional
 from autd_analysis.sensitivity.firth import firth_effect
+from autd_analysis.sensitivity.firth_logits import ConditionLogit, condition_logits
 from autd_analysis.sensitivity.gee import CORRECTIONS, Correction, fit_gee
+from autd_analysis.sensitivity.pooled import PooledTests, pooled_tests
 
 Array = NDArray[np.float64]
 
@@ -44,8 +49,8 @@ class OtherEstimate:
 
     Attributes
     ----------
-    compared, at
-        What is compared, and at which level of another factor.
+    contrast
+        What is compared, and where.
     method
         The model and the kind of its standard error.
     participants, trials
@@ -61,8 +66,7 @@ class OtherEstimate:
         Why there is no estimate.
     """
 
-    compared: Compared
-    at: Condition
+    contrast: Contrast
     method: str
     participants: int
     trials: int
@@ -75,6 +79,38 @@ class OtherEstimate:
     ratio: float | None = None
     ratio_p: float | None = None
     note: str | None = None
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What other choices of tests and models would have given; none of it was planned.
+
+    Attributes
+    ----------
+    adjusted
+        The planned tests with further adjustments.
+    other_estimates
+        The planned contrasts by GEE, conditional logistic regression and Firth's penalty.
+    pooled
+        The planned contrasts by tests that take people for alike.
+    condition_logits
+        Every condition's logit with Firth's penalty.
+    """
+
+    adjusted: tuple[AdjustedP, ...]
+    other_estimates: tuple[OtherEstimate, ...]
+    pooled: tuple[PooledTests, ...]
+    condition_logits: tuple[ConditionLogit, ...]
+
+
+def sensitivity(rates: Rates, comparisons: tuple[ComparisonResult, ...], design: Design) -> Sensitivity:
+    """Return what other choices of tests and models would have given."""
+    return Sensitivity(
+        adjusted=tuple(adjusted_p(comparisons)),
+        other_estimates=other_estimates(rates.participants, design),
+        pooled=pooled_tests(rates.participants, planned_contrasts(design)),
+        condition_logits=condition_logits(rates.conditions),
+    )
 
 
 def other_estimates(rates: Sequence[ParticipantRate], design: Design) -> tuple[OtherEstimate, ...]:
@@ -92,26 +128,26 @@ def other_estimates(rates: Sequence[ParticipantRate], design: Design) -> tuple[O
     tuple of OtherEstimate
         All methods for each comparison; not adjusted, as they are no further tests but the same ones again.
     """
-    return tuple(estimate for compared, at in planned(design) for estimate in _estimates(rates, compared, at))
+    return tuple(
+        estimate for contrast in planned_contrasts(design) for estimate in _estimates(rates, contrast)
+    )
 
 
-def _estimates(
-    rates: Sequence[ParticipantRate], compared: Compared, at: Condition
-) -> Iterator[OtherEstimate]:
-    found = compared_rows(rates, compared, at)
+def _estimates(rates: Sequence[ParticipantRate], contrast: Contrast) -> Iterator[OtherEstimate]:
+    found = compared_rows(rates, contrast)
     if found is None:
-        there = [rate for rate in rates if set(at) <= set(rate.condition) and rate.n > 0]
+        there = [rate for rate in rates if contrast.takes(rate.condition) and rate.n > 0]
         counts = len({rate.participant for rate in there}), sum(rate.n for rate in there)
         for method in (*GEE_METHODS.values(), CONDITIONAL, FIRTH):
-            yield OtherEstimate(compared, at, method, *counts, note=_NOT_COMPARED)
+            yield OtherEstimate(contrast, method, *counts, note=_NOT_COMPARED)
         return
     rows, weights = found
-    yield from _gee(rows, weights, compared, at)
-    yield _conditional(rows, weights, compared, at)
-    yield _firth(rows, weights, compared, at)
+    yield from _gee(rows, weights, contrast)
+    yield _conditional(rows, weights, contrast)
+    yield _firth(rows, weights, contrast)
 
 
-def _gee(rows: BinomialRows, weights: Array, compared: Compared, at: Condition) -> Iterator[OtherEstimate]:
+def _gee(rows: BinomialRows, weights: Array, contrast: Contrast) -> Iterator[OtherEstimate]:
     fit = fit_gee(rows)
     people, trials = participants(rows), int(rows.trials.sum())
     for correction in CORRECTIONS:
@@ -119,11 +155,10 @@ def _gee(rows: BinomialRows, weights: Array, compared: Compared, at: Condition) 
         effect = fit.effect(weights, correction) if fit else None
         if effect is None:
             note = _NO_VARIANCE if fit else _NO_GEE
-            yield OtherEstimate(compared, at, method, people, trials, note=note)
+            yield OtherEstimate(contrast, method, people, trials, note=note)
             continue
         yield OtherEstimate(
-            compared,
-            at,
+            contrast,
             method,
             people,
             trials,
@@ -136,7 +171,7 @@ def _gee(rows: BinomialRows, weights: Array, compared: Compared, at: Condition) 
         )
 
 
-def _conditional(rows: BinomialRows, weights: Array, compared: Compared, at: Condition) -> OtherEstimate:
+def _conditional(rows: BinomialRows, weights: Array, contrast: Contrast) -> OtherEstimate:
     from scipy.special import chdtrc, ndtr
 
     cells = rows.fixed.argmax(axis=1)
@@ -150,13 +185,12 @@ def _conditional(rows: BinomialRows, weights: Array, compared: Compared, at: Con
     telling = (totals > 0) & (totals < all_trials)
     people, counted = int(telling.sum()), int(all_trials[telling].sum())
     if full is None or reduced is None:
-        return OtherEstimate(compared, at, CONDITIONAL, people, counted, note=_NO_CONDITIONAL)
+        return OtherEstimate(contrast, CONDITIONAL, people, counted, note=_NO_CONDITIONAL)
     own = weights @ design
     logits, error = float(own @ full.coefficients), math.sqrt(own @ full.covariance @ own)
     ratio = max(0.0, 2 * (full.log_likelihood - reduced.log_likelihood))
     return OtherEstimate(
-        compared,
-        at,
+        contrast,
         CONDITIONAL,
         people,
         counted,
@@ -170,17 +204,16 @@ def _conditional(rows: BinomialRows, weights: Array, compared: Compared, at: Con
     )
 
 
-def _firth(rows: BinomialRows, weights: Array, compared: Compared, at: Condition) -> OtherEstimate:
+def _firth(rows: BinomialRows, weights: Array, contrast: Contrast) -> OtherEstimate:
     """Compare with a level for each participant; one participant's is that of the cells."""
     people = np.eye(int(rows.participant.max()) + 1)[rows.participant][:, 1:]
     padded = np.concatenate([np.zeros(people.shape[1]), weights])
     effect = firth_effect(rows.felt, rows.trials, np.column_stack([people, rows.fixed]), padded)
     counts = participants(rows), int(rows.trials.sum())
     if effect is None:
-        return OtherEstimate(compared, at, FIRTH, *counts, note=_NO_FIRTH)
+        return OtherEstimate(contrast, FIRTH, *counts, note=_NO_FIRTH)
     return OtherEstimate(
-        compared,
-        at,
+        contrast,
         FIRTH,
         *counts,
         logits=effect.logits,

@@ -1,26 +1,25 @@
-"""Tests that pool answers over participants: only on request, and with a warning.
+"""Tests that pool answers over participants: to see how far they are off, never to decide by.
 
 They take all answers in a condition, or all differences between people, for alike. People differ in how
 much a condition matters to them, and then such tests find effects where there are none: with a standard
 deviation of 0.8 logits about one in ten at the 5 % level, in a study of eight.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
+from numpy.typing import NDArray
 
-from autd_analysis.basics.intervals import Interval
-from autd_analysis.comparisons.numbers import ComparisonResult
+from autd_analysis.basics.intervals import Interval, wald_interval
+from autd_analysis.data.contrasts import Contrast
 from autd_analysis.data.design import Condition
 from autd_analysis.rates.numbers import ParticipantRate
 from autd_trials.protocol.schema import Level
 
-WARNING = (
-    "pooled tests take people for alike in how much the condition matters to them; where they are not, "
-    "these p are too small"
-)
+Array = NDArray[np.float64]
 
 Stratum = tuple[tuple[int, int], tuple[int, int]]
 """Felt and trials at the first level, and at the second."""
@@ -32,8 +31,8 @@ class PooledTests:
 
     Attributes
     ----------
-    factor, first, second, at
-        What was compared.
+    contrast
+        What was compared, and where.
     felt_first, n_first, felt_second, n_second
         Counts over all participants who have trials at both levels.
     chi_squared_p, fisher_p
@@ -47,10 +46,7 @@ class PooledTests:
         McNemar's test, exact and mid-p; only where everybody has a single answer at each level.
     """
 
-    factor: str
-    first: Level
-    second: Level
-    at: Condition
+    contrast: Contrast
     felt_first: int
     n_first: int
     felt_second: int
@@ -65,24 +61,22 @@ class PooledTests:
     mcnemar_mid_p: float | None
 
 
-def pooled_tests(
-    rates: Sequence[ParticipantRate], comparisons: Sequence[ComparisonResult]
-) -> tuple[PooledTests, ...]:
-    """Return the pooled tests of the planned comparisons.
+def pooled_tests(rates: Sequence[ParticipantRate], contrasts: Sequence[Contrast]) -> tuple[PooledTests, ...]:
+    """Return the pooled tests of the planned contrasts.
 
     Parameters
     ----------
     rates
         Rates in the single cells.
-    comparisons
-        The planned comparisons.
+    contrasts
+        The planned contrasts.
 
     Returns
     -------
     tuple of PooledTests
-        In the order of the comparisons.
+        In the order of the contrasts.
     """
-    return tuple(_pooled(result, _strata(rates, result)) for result in comparisons)
+    return tuple(_pooled(contrast, _strata(rates, contrast)) for contrast in contrasts)
 
 
 def chi_squared_p(table: Stratum) -> float | None:
@@ -119,13 +113,11 @@ def cmh_exact_p(strata: Sequence[Stratum]) -> float | None:
 
     The sum of the strata's hypergeometric counts; outcomes at most as likely as the observed one count.
     """
-    from scipy.stats import hypergeom
-
     telling = [(first, second) for first, second in strata if 0 < first[0] + second[0] < first[1] + second[1]]
     telling = [(first, second) for first, second in telling if min(first[1], second[1]) > 0]
     if not telling:
         return None
-    parts = [hypergeom.pmf(np.arange(n + 1), n + m, a + b, n) for (a, n), (b, m) in telling]
+    parts = [_hypergeometric(n, m, a + b) for (a, n), (b, m) in telling]
     chances = reduce(np.convolve, parts)
     observed = chances[sum(first[0] for first, _ in telling)]
     return min(1.0, float(chances[chances <= observed * (1 + 1e-7)].sum()))
@@ -137,18 +129,17 @@ def mcnemar_p(only_first: int, only_second: int) -> tuple[float, float] | None:
     M. W. Fagerland, S. Lydersen and P. Laake (2013), BMC Med. Res. Methodol. 13, 91.
     """
     from scipy.special import bdtr
-    from scipy.stats import binom
 
     pairs, fewer = only_first + only_second, min(only_first, only_second)
     if pairs == 0:
         return None
-    tail, point = float(bdtr(fewer, pairs, 0.5)), float(binom.pmf(fewer, pairs, 0.5))
+    tail, point = float(bdtr(fewer, pairs, 0.5)), math.comb(pairs, fewer) / 2**pairs
     exact = min(1.0, 2 * tail)
     mid = exact - point if only_first != only_second else 1 - point
     return exact, mid
 
 
-def _pooled(result: ComparisonResult, strata: Sequence[Stratum]) -> PooledTests:
+def _pooled(contrast: Contrast, strata: Sequence[Stratum]) -> PooledTests:
     total = tuple(
         tuple(sum(stratum[side][which] for stratum in strata) for which in (0, 1)) for side in (0, 1)
     )
@@ -157,16 +148,13 @@ def _pooled(result: ComparisonResult, strata: Sequence[Stratum]) -> PooledTests:
     discordant = _discordant(strata)
     mcnemar = mcnemar_p(*discordant) if discordant else None
     return PooledTests(
-        factor=result.factor,
-        first=result.first,
-        second=result.second,
-        at=result.at,
+        contrast=contrast,
         felt_first=a,
         n_first=n,
         felt_second=b,
         n_second=m,
         chi_squared_p=chi_squared_p(((a, n), (b, m))),
-        fisher_p=_fisher(a, n, b, m),
+        fisher_p=cmh_exact_p([((a, n), (b, m))]),
         cmh_p=cmh_p(strata),
         cmh_exact_p=cmh_exact_p(strata),
         odds_ratio=odds_ratio,
@@ -176,26 +164,43 @@ def _pooled(result: ComparisonResult, strata: Sequence[Stratum]) -> PooledTests:
     )
 
 
-def _fisher(a: int, n: int, b: int, m: int) -> float | None:
-    from scipy.stats import fisher_exact
+def _hypergeometric(n: int, m: int, felt: int) -> Array:
+    """Return the chances that 0 to n of so many felt answers lie among the n, and not among the m."""
+    from scipy.special import gammaln
 
-    if min(n, m) == 0 or a + b in (0, n + m):
-        return None
-    return float(fisher_exact(np.array([[a, n - a], [b, m - b]])).pvalue)
+    counts = np.arange(n + 1)
+    others = felt - counts
+    possible = (others >= 0) & (others <= m)
+    counts, others = counts[possible], others[possible]
+
+    def log_ways(of: int, take: NDArray[np.int64]) -> Array:
+        ways: Array = gammaln(of + 1) - gammaln(take + 1) - gammaln(of - take + 1)
+        return ways
+
+    chances = np.zeros(n + 1)
+    chances[possible] = np.exp(log_ways(n, counts) + log_ways(m, others) - log_ways(n + m, np.array(felt)))
+    return chances
 
 
 def _common_odds_ratio(strata: Sequence[Stratum]) -> tuple[float | None, Interval | None]:
-    """Return the odds ratio and its interval; None where it is 0, infinite or 0 / 0."""
-    from statsmodels.stats.contingency_tables import StratifiedTable
+    """Return the odds ratio and its interval; None where it is 0, infinite or 0 / 0.
 
-    tables = [np.array([[a, n - a], [b, m - b]], float) for (a, n), (b, m) in strata if n + m > 1]
-    agree = sum(table[0, 0] * table[1, 1] / table.sum() for table in tables)
-    disagree = sum(table[0, 1] * table[1, 0] / table.sum() for table in tables)
+    J. Robins, N. Breslow and S. Greenland (1986), Biometrics 42, 311-323.
+    """
+    agree = disagree = agree_alike = mixed = disagree_alike = 0.0
+    for (a, n), (b, m) in strata:
+        trials = n + m
+        if trials > 1:
+            alike, product, other = (a + m - b) / trials, a * (m - b) / trials, b * (n - a) / trials
+            agree, disagree = agree + product, disagree + other
+            agree_alike += alike * product
+            mixed += alike * other + (1 - alike) * product
+            disagree_alike += (1 - alike) * other
     if agree == 0 or disagree == 0:
         return None, None
-    found = StratifiedTable(tables)
-    low, high = found.oddsratio_pooled_confint()
-    return float(found.oddsratio_pooled), Interval(float(low), float(high))
+    variance = agree_alike / agree**2 + mixed / (agree * disagree) + disagree_alike / disagree**2
+    logs = wald_interval(math.log(agree / disagree), math.sqrt(variance / 2))
+    return agree / disagree, Interval(math.exp(logs.low), math.exp(logs.high))
 
 
 def _discordant(strata: Sequence[Stratum]) -> tuple[int, int] | None:
@@ -205,12 +210,12 @@ def _discordant(strata: Sequence[Stratum]) -> tuple[int, int] | None:
     return sum(a > b for (a, _), (b, _) in strata), sum(a < b for (a, _), (b, _) in strata)
 
 
-def _strata(rates: Sequence[ParticipantRate], result: ComparisonResult) -> list[Stratum]:
+def _strata(rates: Sequence[ParticipantRate], contrast: Contrast) -> list[Stratum]:
     """Return the counts at both levels for every participant and level of the factors not compared."""
     counts: dict[tuple[str, Condition], dict[Level, tuple[int, int]]] = {}
     for rate in rates:
-        level = dict(rate.condition).get(result.factor)
-        if level in (result.first, result.second) and set(result.at) <= set(rate.condition) and rate.n > 0:
-            others = tuple(pair for pair in rate.condition if pair[0] != result.factor)
+        level = dict(rate.condition).get(contrast.factor)
+        if level in contrast.levels and contrast.takes(rate.condition) and rate.n > 0:
+            others = tuple(pair for pair in rate.condition if pair[0] != contrast.factor)
             counts.setdefault((rate.participant, others), {})[level] = (rate.felt, rate.n)
-    return [(sides[result.first], sides[result.second]) for sides in counts.values() if len(sides) == 2]
+    return [(sides[contrast.first], sides[contrast.second]) for sides in counts.values() if len(sides) == 2]

@@ -1,40 +1,42 @@
-"""The tables of other models of the planned comparisons, and of Firth's logits of the conditions."""
+"""The tables of further adjustments, of other models and pooled tests, and of Firth's logits."""
 
+from collections.abc import Callable
+
+from autd_analysis.basics.adjustment import METHODS, Method
 from autd_analysis.basics.intervals import Interval
-from autd_analysis.models.tables import (
+from autd_analysis.models.tables import odds_reading
+from autd_analysis.report.table import (
     AT,
     COMPARED,
     NOTHING_COMPARED,
     PARTICIPANTS,
     READING,
     TRIALS,
-    odds_reading,
+    Declared,
+    iterated,
 )
-from autd_analysis.report.table import Declared, ResultTable, iterated
+from autd_analysis.sensitivity.adjusted import AdjustedP
 from autd_analysis.sensitivity.firth_logits import ConditionLogit
-from autd_analysis.sensitivity.numbers import OtherEstimate
-from autd_analysis.study import Results
+from autd_analysis.sensitivity.numbers import OtherEstimate, Sensitivity
+from autd_analysis.sensitivity.pooled import PooledTests
 from autd_trials.tables import Column, of
-
-
-def other_model_tables(results: Results) -> tuple[ResultTable, ...]:
-    """Return the planned comparisons by other models, and Firth's logits."""
-    return (
-        OTHER_MODELS.made(results, results.other_estimates),
-        FIRTH_LOGITS.made(results, results.condition_logits),
-    )
 
 
 def _firth_interval(found: ConditionLogit) -> Interval | None:
     return found.effect.interval if found.effect else None
 
 
-OTHER_MODELS = Declared[OtherEstimate](
+def _by_method(method: Method) -> Callable[[AdjustedP], float | None]:
+    return lambda row: row.by_method[method]
+
+
+OTHER_MODELS = Declared[Sensitivity, OtherEstimate](
     "other_models",
     "The planned comparisons by other models: GEE, conditional logistic and Firth's logistic. The "
     "last two take people for alike in the effect, and GEE without correction is for many: where "
     "that is not so, their p are too small.",
-    (
+    rows=lambda found: found.other_estimates,
+    columns=(
         *COMPARED,
         AT,
         Column(
@@ -76,16 +78,17 @@ OTHER_MODELS = Declared[OtherEstimate](
         Column(
             "reading",
             READING,
-            lambda found: odds_reading(found.compared, found.logits, found.interval),
+            lambda found: odds_reading(found.contrast, found.logits, found.interval),
         ),
     ),
     notes=lambda found: found.note,
     undefined=NOTHING_COMPARED,
 )
-FIRTH_LOGITS = Declared[ConditionLogit](
+FIRTH_LOGITS = Declared[Sensitivity, ConditionLogit](
     "firth_logits",
     "Every condition's logit with Firth's penalty, finite also where all or none were felt. Answers "
     "are taken as independent, so the intervals are too narrow where people differ.",
+    rows=lambda found: found.condition_logits,
     condition=lambda found: found.condition,
     columns=(
         Column(
@@ -131,4 +134,69 @@ FIRTH_LOGITS = Declared[ConditionLogit](
         ),
     ),
     notes=lambda found: None if found.effect else "no trials",
+)
+ADJUSTED_P = Declared[Sensitivity, AdjustedP](
+    "adjusted_p",
+    "The p of the planned comparisons, adjusted for their number in several ways. The planned one is "
+    "Holm's; choosing among them by their result is not.",
+    rows=lambda found: found.adjusted,
+    columns=(
+        *COMPARED,
+        AT,
+        Column("test", "Which test.", lambda row: row.test),
+        Column("tests", "Number of tests of this kind that were made.", lambda row: row.tests),
+        Column("p", "p as it is, two-sided.", lambda row: row.p),
+        *(
+            Column(f"p_{method}", f"Adjusted: {about}.", _by_method(method))
+            for method, about in METHODS.items()
+        ),
+    ),
+    notes=lambda row: "not testable, so not counted" if row.p is None else None,
+)
+POOLED = Declared[Sensitivity, PooledTests](
+    "pooled",
+    "Tests that take people for alike in how much the condition matters to them. Where they are not, "
+    "these p are too small.",
+    rows=lambda found: found.pooled,
+    columns=(
+        *COMPARED,
+        AT,
+        Column("felt_first", "Felt at first, all participants together.", lambda found: found.felt_first),
+        Column("trials_first", "Trials at first.", lambda found: found.n_first),
+        Column("felt_second", "Felt at second.", lambda found: found.felt_second),
+        Column("trials_second", "Trials at second.", lambda found: found.n_second),
+        Column(
+            "chi_squared_p",
+            "Pearson's chi-squared test of all answers, no continuity correction.",
+            lambda found: found.chi_squared_p,
+        ),
+        Column("fisher_p", "Fisher's exact test of all answers.", lambda found: found.fisher_p),
+        Column(
+            "cmh_p",
+            "Cochran-Mantel-Haenszel test over participants, no continuity correction.",
+            lambda found: found.cmh_p,
+        ),
+        Column("cmh_exact_p", "The same, exact and conditional.", lambda found: found.cmh_exact_p),
+        Column(
+            "odds_ratio",
+            "Common odds ratio of Mantel and Haenszel; n/a if 0 or infinite.",
+            lambda found: found.odds_ratio,
+        ),
+        Column(
+            "odds_ratio_low",
+            "Lower end of its 95 % interval (Robins, Breslow and Greenland).",
+            of(lambda found: found.odds_ratio_interval, lambda ends: ends.low),
+        ),
+        Column(
+            "odds_ratio_high",
+            "Upper end of its 95 % interval.",
+            of(lambda found: found.odds_ratio_interval, lambda ends: ends.high),
+        ),
+        Column(
+            "mcnemar_p",
+            "McNemar's exact test; n/a unless everybody has one answer at each level.",
+            lambda found: found.mcnemar_p,
+        ),
+        Column("mcnemar_mid_p", "The same, mid-p.", lambda found: found.mcnemar_mid_p),
+    ),
 )

@@ -15,9 +15,18 @@ from fractions import Fraction
 from autd_analysis.basics.adjustment import holm
 from autd_analysis.basics.intervals import Interval, t_interval
 from autd_analysis.basics.paired import PairedT, SignFlip, paired_t_test, sign_flip_test
-from autd_analysis.data.design import Condition, Design, conditions
-from autd_analysis.thresholds.numbers import Threshold, common_sign
-from autd_trials.protocol.schema import Comparison, Level
+from autd_analysis.data.contrasts import Contrast, planned_contrasts
+from autd_analysis.data.design import Design
+from autd_analysis.data.trials import Trials
+from autd_analysis.thresholds.numbers import (
+    GroupThreshold,
+    Threshold,
+    common_sign,
+    over_participants,
+    thresholds,
+)
+from autd_trials.protocol.method import Method
+from autd_trials.protocol.schema import Level
 
 DIFFERENCE_INTERVAL = "95 % t interval over participants' differences in dB"
 
@@ -30,7 +39,7 @@ class ThresholdComparison:
 
     Attributes
     ----------
-    factor, first, second, at
+    contrast
         What is compared, and where.
     differences_db
         Participants' differences in dB, first minus second.
@@ -45,10 +54,7 @@ class ThresholdComparison:
         The p after Holm's adjustment over all comparisons.
     """
 
-    factor: str
-    first: Level
-    second: Level
-    at: Condition
+    contrast: Contrast
     differences_db: tuple[tuple[str, float], ...]
     mean_db: float | None
     interval: Interval | None
@@ -63,15 +69,33 @@ class ThresholdComparison:
     sign_holm: float | None = None
 
 
+@dataclass(frozen=True)
+class Thresholds:
+    """Thresholds of each participant and over participants in every condition, and compared.
+
+    Attributes
+    ----------
+    method
+        How levels were chosen and thresholds are estimated.
+    participants, conditions, comparisons
+        The thresholds.
+    """
+
+    method: Method
+    participants: tuple[Threshold, ...]
+    conditions: tuple[GroupThreshold, ...]
+    comparisons: tuple[ThresholdComparison, ...]
+
+
+def all_thresholds(trials: Trials, method: Method) -> Thresholds:
+    """Return the thresholds of a study, over participants and compared."""
+    found = thresholds(trials, method)
+    return Thresholds(method, found, over_participants(found), compared_thresholds(found, trials.design))
+
+
 def compared_thresholds(found: Sequence[Threshold], design: Design) -> tuple[ThresholdComparison, ...]:
     """Return the planned comparisons of thresholds, adjusted by Holm's method over all of them."""
-    if not found:
-        return ()
-    results = [
-        _compare(found, comparison, at)
-        for comparison in design.comparisons
-        for at in conditions([design.factor(comparison.at_each)] if comparison.at_each else [])
-    ]
+    results = [_compare(found, contrast) for contrast in planned_contrasts(design)]
     t = holm([result.paired_t.p if result.paired_t else None for result in results])
     flip = holm([result.sign_flip.p if result.sign_flip else None for result in results])
     sign = holm([result.sign_p for result in results])
@@ -81,10 +105,8 @@ def compared_thresholds(found: Sequence[Threshold], design: Design) -> tuple[Thr
     )
 
 
-def _compare(found: Sequence[Threshold], comparison: Comparison, at: Condition) -> ThresholdComparison:
-    sides = [
-        _means_db(found, comparison.factor, level, at) for level in (comparison.first, comparison.second)
-    ]
+def _compare(found: Sequence[Threshold], contrast: Contrast) -> ThresholdComparison:
+    sides = [_means_db(found, contrast, level) for level in contrast.levels]
     differences = [
         (participant, sides[0][participant] - sides[1][participant])
         for participant in sides[0]
@@ -92,12 +114,9 @@ def _compare(found: Sequence[Threshold], comparison: Comparison, at: Condition) 
     ]
     values = [_rounded(difference, _MICRO) for _, difference in differences]
     coarse = [_rounded(difference, _CENTI) for _, difference in differences]  # sums that can be counted
-    higher = _higher(found, comparison, at)
+    higher = _higher(found, contrast)
     return ThresholdComparison(
-        factor=comparison.factor,
-        first=comparison.first,
-        second=comparison.second,
-        at=at,
+        contrast=contrast,
         differences_db=tuple(differences),
         mean_db=float(statistics.mean(values)) if values else None,
         interval=t_interval([float(value) for value in values]),
@@ -110,11 +129,11 @@ def _compare(found: Sequence[Threshold], comparison: Comparison, at: Condition) 
     )
 
 
-def _means_db(found: Sequence[Threshold], factor: str, level: Level, at: Condition) -> dict[str, float]:
-    """Return participants' mean thresholds in dB where a factor has a level; who lacks one is missing."""
+def _means_db(found: Sequence[Threshold], contrast: Contrast, level: Level) -> dict[str, float]:
+    """Return participants' mean thresholds in dB on one side of a contrast; who lacks one is missing."""
     cells: defaultdict[str, list[float | None]] = defaultdict(list)
     for each in found:
-        if (factor, level) in each.condition and set(at) <= set(each.condition):
+        if contrast.side(level) <= set(each.condition):
             cells[each.participant].append(each.db)
     told = {participant: [db for db in values if db is not None] for participant, values in cells.items()}
     return {
@@ -128,21 +147,21 @@ def _rounded(value: float, parts: int) -> Fraction:
     return Fraction(round(value * parts), parts)
 
 
-def _higher(found: Sequence[Threshold], comparison: Comparison, at: Condition) -> list[int]:
+def _higher(found: Sequence[Threshold], contrast: Contrast) -> list[int]:
     """Return for each participant 1 where the first threshold is higher, -1 where the second is.
 
     0 where they are equal, not known, or mixed over the cells of factors that are not compared.
     """
     cells: defaultdict[tuple[str, frozenset[tuple[str, Level]]], dict[Level, float]] = defaultdict(dict)
     for each in found:
-        level = dict(each.condition).get(comparison.factor)
-        if level in (comparison.first, comparison.second) and set(at) <= set(each.condition):
-            others = frozenset(pair for pair in each.condition if pair[0] != comparison.factor)
+        level = dict(each.condition).get(contrast.factor)
+        if level in contrast.levels and contrast.takes(each.condition):
+            others = frozenset(pair for pair in each.condition if pair[0] != contrast.factor)
             place = each.db if each.db is not None else each.beyond * math.inf
             cells[each.participant, others][level] = place
     signs: defaultdict[str, list[int]] = defaultdict(list)
     for (participant, _), sides in cells.items():
-        first, second = sides.get(comparison.first, math.nan), sides.get(comparison.second, math.nan)
+        first, second = (sides.get(level, math.nan) for level in contrast.levels)
         signs[participant].append((first > second) - (first < second))
     return [common_sign(of_cells) for of_cells in signs.values()]
 

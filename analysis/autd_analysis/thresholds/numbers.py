@@ -78,14 +78,12 @@ class GroupThreshold:
     under: int
 
 
-def thresholds(trials: Trials) -> tuple[Threshold, ...]:
-    """Return each participant's threshold in each condition; empty without an adaptive method."""
+def thresholds(trials: Trials, method: Method) -> tuple[Threshold, ...]:
+    """Return each participant's threshold in each condition."""
     design = trials.design
-    if design.method is None:
-        return ()
-    tracks = _tracks(trials, design, design.method)
+    tracks = _tracks(trials, design, method)
     return tuple(
-        _threshold(participant, condition, design.method, tracks[participant, frozenset(condition)])
+        _threshold(participant, condition, method, tracks[participant, frozenset(condition)])
         for participant in trials.participants
         for condition in conditions(design.factors)
     )

@@ -1,17 +1,15 @@
 """The tables of thresholds of adaptive studies."""
 
 from autd_analysis.report.table import (
+    AT,
     COMPARED,
     PARTICIPANT,
     Declared,
-    ResultTable,
     interval_columns,
     iterated,
     why_no_interval,
 )
-from autd_analysis.report.wording import levels_text
-from autd_analysis.study import Results
-from autd_analysis.thresholds.comparisons import DIFFERENCE_INTERVAL, ThresholdComparison
+from autd_analysis.thresholds.comparisons import DIFFERENCE_INTERVAL, ThresholdComparison, Thresholds
 from autd_analysis.thresholds.numbers import THRESHOLD_INTERVAL, GroupThreshold, Threshold
 from autd_trials.tables import Column, of
 
@@ -22,18 +20,10 @@ _UNTOLD: Column[GroupThreshold | ThresholdComparison] = Column(
 )
 
 
-def threshold_tables(results: Results) -> tuple[ResultTable, ...]:
-    """Return thresholds over participants, of each, and compared."""
-    return (
-        OVER_PARTICIPANTS.made(results, results.group_thresholds),
-        BY_PARTICIPANT.made(results, results.thresholds),
-        COMPARISONS.made(results, results.threshold_comparisons),
-    )
-
-
-OVER_PARTICIPANTS = Declared[GroupThreshold](
+OVER_PARTICIPANTS = Declared[Thresholds, GroupThreshold](
     "thresholds",
     "Thresholds in every condition, over participants, as the adaptive method estimates them.",
+    rows=lambda found: found.conditions,
     condition=lambda group: group.condition,
     columns=(
         Column(
@@ -57,9 +47,10 @@ OVER_PARTICIPANTS = Declared[GroupThreshold](
     ),
     notes=lambda group: why_no_interval(group.interval, group.participants),
 )
-BY_PARTICIPANT = Declared[Threshold](
+BY_PARTICIPANT = Declared[Thresholds, Threshold](
     "thresholds_by_participant",
     "Thresholds in every condition, of each participant.",
+    rows=lambda found: found.participants,
     leading=(PARTICIPANT,),
     condition=lambda found: found.condition,
     columns=(
@@ -78,16 +69,13 @@ BY_PARTICIPANT = Declared[Threshold](
     ),
     notes=lambda found: found.note,
 )
-COMPARISONS = Declared[ThresholdComparison](
+COMPARISONS = Declared[Thresholds, ThresholdComparison](
     "threshold_comparisons",
     "The planned comparisons, of thresholds in dB within participants.",
-    (
+    rows=lambda found: found.comparisons,
+    columns=(
         *COMPARED,
-        Column(
-            "at",
-            "The level of the other factor at which they were compared; n/a if over all.",
-            lambda found: levels_text(found.at),
-        ),
+        AT,
         Column(
             "participants",
             "Number of participants with both thresholds.",

@@ -1,21 +1,35 @@
 """Thresholds of adaptive studies in words."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from autd_analysis.data.design import describe_condition
+from autd_analysis.data.trials import Trials
 from autd_analysis.report.wording import (
     MINUS,
-    compared_level,
+    compared_labels,
     format_interval,
     format_p,
     format_rate,
     p_equals,
+    place_words,
 )
-from autd_analysis.study import Results
-from autd_analysis.thresholds.comparisons import ThresholdComparison
+from autd_analysis.subject import Shown
+from autd_analysis.thresholds.comparisons import ThresholdComparison, Thresholds
 from autd_analysis.thresholds.numbers import GroupThreshold
 from autd_trials.protocol.method import Method, Staircase
 
+DEFINITIONS: Mapping[str, str] = {
+    "threshold": (
+        "With an adaptive method: a participant's threshold in a condition is the geometric mean of an even "
+        "number of a staircase's reversals with its final steps, for the rate at which the staircase "
+        "settles, or the mean of QUEST+'s posterior in dB, for the level at which the stimulus alone, "
+        "guesses and lapses aside, is felt half the time. Means, intervals, paired t and exact sign-flip "
+        "tests are of thresholds in dB over participants; those whose tracks do not tell a threshold are "
+        "left out and counted. The exact sign test counts them too where a threshold seems to lie beyond "
+        "the levels, and so beyond the other."
+    ),
+}
+"""How each quantity was found."""
 _ESTIMATES = {
     "staircase": (
         "A participant's threshold is the geometric mean of an even number of the reversals with the final "
@@ -34,19 +48,34 @@ _COMPARED = (
 )
 
 
-def threshold_lines(results: Results) -> Iterator[str]:
-    """Yield the lines of a summary: thresholds, and the planned comparisons of them."""
-    assert results.trials.design.method is not None
-    varied, groups = results.trials.design.method.varies, results.group_thresholds
-    yield f"Thresholds ({varied}; geometric mean over participants, 95 % t interval):"
+def words(found: Thresholds, _trials: Trials) -> Shown:
+    """Return thresholds and the planned comparisons of them in words."""
+    return Shown(
+        summary=tuple(_lines(found)),
+        methods=method_sentences(found.method),
+        paragraphs=(" ".join(_sentences(found)),),
+    )
+
+
+def _lines(thresholds: Thresholds) -> Iterator[str]:
+    groups = thresholds.conditions
+    yield f"Thresholds ({thresholds.method.varies}; geometric mean over participants, 95 % t interval):"
     width = max((len(describe_condition(group.condition)) for group in groups), default=0)
     for group in groups:
         yield f"  {describe_condition(group.condition):<{width}}  {group_words(group)}"
-    if results.threshold_comparisons:
+    if thresholds.comparisons:
         yield ""
         yield "Planned comparisons of thresholds (within participants, two-sided; Holm over all of them):"
-        for found in results.threshold_comparisons:
+        for found in thresholds.comparisons:
             yield f"  {comparison_words(found)}"
+
+
+def _sentences(thresholds: Thresholds) -> Iterator[str]:
+    for group in thresholds.conditions:
+        where = place_words(group.condition) or "overall"
+        yield f"The geometric mean threshold {where} was {group_words(group)}."
+    for found in thresholds.comparisons:
+        yield f"Difference of thresholds, {comparison_words(found)}."
 
 
 def group_words(group: GroupThreshold) -> str:
@@ -67,8 +96,9 @@ def group_words(group: GroupThreshold) -> str:
 
 def comparison_words(found: ThresholdComparison) -> str:
     """Return what was compared, the difference, and its tests."""
-    first, second = (compared_level(found.factor, level) for level in (found.first, found.second))
-    at = f", {describe_condition(found.at)}" if found.at else ""
+    first, second = compared_labels(found.contrast)
+    where = found.contrast.at
+    at = f", {describe_condition(where)}" if where else ""
     parts = [f"{format_rate(found.mean_db)} dB {format_interval(found.interval)}"]
     parts.append(f"n = {len(found.differences_db)}")
     if found.paired_t:

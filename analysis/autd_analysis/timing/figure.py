@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from autd_analysis.data.design import Condition, StudyFactor, shown_factors
+from autd_analysis.data.design import Condition, Design, StudyFactor, shown_factors
+from autd_analysis.data.trials import Trials
+from autd_analysis.report.figures import ResultFigure
 from autd_analysis.report.panels import (
     Column,
     draw_columns,
@@ -30,11 +32,11 @@ from autd_analysis.report.style import (
     wrapped_notes,
 )
 from autd_analysis.report.wording import factor_label, level_label
-from autd_analysis.study import Results
+from autd_analysis.subject import Others
 from autd_analysis.timing.numbers import (
     ParticipantResponseTime,
     TimeSummary,
-    onset_times,
+    Timing,
     response_times,
     response_times_over_participants,
 )
@@ -49,48 +51,49 @@ _AXIS_IN = 0.52
 _MEDIANS_IN = 2.6  # least width of the panel of medians
 
 
-def draw_timing(results: Results) -> "Figure | None":
-    """Draw onset lateness, where it was measured, and response times, where there are any.
+def figures(found: Timing, results: Others) -> Iterator[ResultFigure]:
+    """Yield the figure of timing, where onset lateness or response times were recorded."""
+    if found.lateness.values_s or found.people:
+        yield ResultFigure(
+            "timing",
+            "Timing: onsets and response times",
+            "Cumulative shares of onset lateness and of each participant's response times, and every "
+            "participant's median response time in every condition with the mean over participants and its "
+            "95 % t interval, as far as they were recorded. All numbers are in the tables of timing and of "
+            "response times.",
+            lambda: draw_timing(found, results.trials),
+        )
 
-    Parameters
-    ----------
-    results
-        The study's results.
 
-    Returns
-    -------
-    Figure or None
-        None if neither was recorded.
-    """
-    panels = list(_panels(results))
-    if not panels:
-        return None
-    notes = wrapped_notes(_notes(results))
-    axis_in = _AXIS_IN + LINE_IN * max(label.count("\n") for label in _labels(results))
-    header_in = HEADER_IN + LINE_IN * legend_rows(shown_factors(results.trials.design)[1])
+def draw_medians_on(found: Timing, results: Others, axes: "Axes") -> None:
+    """Draw the panel of participants' median response times on given axes."""
+    if found.people:
+        _draw_medians(axes, None, results.trials)
+
+
+def draw_timing(found: Timing, trials: Trials) -> "Figure":
+    """Draw onset lateness, where it was measured, and response times, where there are any."""
+    panels = list(_panels(found, trials))
+    notes = wrapped_notes(_notes(found))
+    axis_in = _AXIS_IN + LINE_IN * max(label.count("\n") for label in _labels(trials.design))
+    header_in = HEADER_IN + LINE_IN * legend_rows(shown_factors(trials.design)[1])
     below_in = axis_in + LINE_IN * (len(notes) + 0.6)
     widths = [width for width, _ in panels]
     figure, axes = side_by_side(widths, header_in=header_in, panels_in=_PANELS_IN, below_in=below_in)
-    draw_header(figure, results.trials.design.protocol, "timing", simulated=results.simulated)
+    draw_header(figure, trials.design.protocol, "timing", simulated=trials.simulated)
     for panel, letter, (_, draw) in zip(axes, "ABC", panels, strict=False):
         draw(panel, letter)
     draw_notes(figure, notes, below_in - axis_in - 0.9 * LINE_IN)
     return figure
 
 
-def _panels(results: Results) -> "Iterator[tuple[float, Callable[[Axes, str], None]]]":
+def _panels(found: Timing, trials: Trials) -> "Iterator[tuple[float, Callable[[Axes, str], None]]]":
     """Return the width of each panel that has something to show, and what draws it."""
-    lateness = _lateness(results)
-    times = [time for time in response_times(results.trials, ()) if time.values_s]
-    if lateness.values_s:
-        yield 1, lambda axes, letter: _draw_lateness(axes, letter, lateness)
-    if times:
-        yield 1, lambda axes, letter: _draw_distributions(axes, letter, times)
-        yield 1.75, lambda axes, letter: _draw_medians(axes, letter, results)
-
-
-def _lateness(results: Results) -> TimeSummary:
-    return next(times for times in onset_times(results.trials) if times.name == "onset_lateness")
+    if found.lateness.values_s:
+        yield 1, lambda axes, letter: _draw_lateness(axes, letter, found.lateness)
+    if found.people:
+        yield 1, lambda axes, letter: _draw_distributions(axes, letter, found.people)
+        yield 1.75, lambda axes, letter: _draw_medians(axes, letter, trials)
 
 
 def _draw_lateness(axes: "Axes", letter: str, lateness: TimeSummary) -> None:
@@ -114,12 +117,12 @@ def _draw_shares(axes: "Axes", ascending: "np.ndarray", colour: str, width: floa
     axes.ecdf(ascending, color=colour, linewidth=width)
 
 
-def _draw_medians(axes: "Axes", letter: str, results: Results) -> None:
-    x_factor, colour_factor = shown_factors(results.trials.design)
+def _draw_medians(axes: "Axes", letter: str | None, trials: Trials) -> None:
+    x_factor, colour_factor = shown_factors(trials.design)
     shown = [factor for factor in (x_factor, colour_factor) if factor is not None]
-    times = response_times(results.trials, shown)
+    times = response_times(trials, shown)
     x_label = factor_label(x_factor.name) if x_factor else ""
-    prepare_axes(axes, "Median response time (s)", _labels(results), x_label)
+    prepare_axes(axes, "Median response time (s)", _labels(trials.design), x_label)
     for place, x in enumerate(_levels(x_factor)):
         draw_columns(
             axes,
@@ -135,11 +138,12 @@ def _draw_medians(axes: "Axes", letter: str, results: Results) -> None:
     axes.set_ylim(0, 1.06 * axes.dataLim.y1)
     if colour_factor:
         draw_legend(axes, colour_factor)
-    draw_panel_title(axes, letter, "Participants' medians")
+    if letter:
+        draw_panel_title(axes, letter, "Participants' medians")
 
 
-def _labels(results: Results) -> list[str]:
-    x_factor, _ = shown_factors(results.trials.design)
+def _labels(design: Design) -> list[str]:
+    x_factor, _ = shown_factors(design)
     labels = [level_label(level) for level in x_factor.levels] if x_factor else ["all stimuli"]
     return fitted_labels(labels, _MEDIANS_IN)
 
@@ -154,8 +158,8 @@ def _column(times: Sequence[ParticipantResponseTime], style: Style) -> Column:
     return Column(medians, summary.mean_s, summary.interval_s, style)
 
 
-def _notes(results: Results) -> Iterator[str]:
-    times = [time for time in response_times(results.trials, ()) if time.values_s]
+def _notes(found: Timing) -> Iterator[str]:
+    times = found.people
     if times:
         answers = sum(len(time.values_s) for time in times)
         yield (
@@ -163,4 +167,4 @@ def _notes(results: Results) -> Iterator[str]:
             "participants; thick line: all trials. Small markers: participants' medians (lines join the same "
             "one); large markers: mean over participants; bars: its 95 % t interval."
         )
-    yield from timing_sentences(results.trials)
+    yield from timing_sentences(found)

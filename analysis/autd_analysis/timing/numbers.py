@@ -109,6 +109,44 @@ class ConditionResponseTime:
     trials: int
 
 
+@dataclass(frozen=True)
+class Timing:
+    """All that is known of the times of a study.
+
+    Attributes
+    ----------
+    onsets, disturbances
+        How well onsets were timed, and what disturbed trials.
+    people
+        Response times of every participant, over all conditions.
+    participants, conditions
+        Response times in every condition, of each participant and over participants.
+    """
+
+    onsets: tuple[TimeSummary, ...]
+    disturbances: tuple[CountSummary, ...]
+    people: tuple[ParticipantResponseTime, ...]
+    participants: tuple[ParticipantResponseTime, ...]
+    conditions: tuple[ConditionResponseTime, ...]
+
+    @property
+    def lateness(self) -> TimeSummary:
+        """How late onsets were."""
+        return next(times for times in self.onsets if times.name == "onset_lateness")
+
+
+def timing(trials: Trials) -> Timing:
+    """Return all that is known of the times of a study."""
+    times = response_times(trials, trials.design.factors)
+    return Timing(
+        onsets=onset_times(trials),
+        disturbances=disturbances(trials),
+        people=tuple(time for time in response_times(trials, ()) if time.values_s),
+        participants=times,
+        conditions=response_times_over_participants(times),
+    )
+
+
 def onset_times(trials: Trials) -> tuple[TimeSummary, ...]:
     """Return how well onsets were timed.
 

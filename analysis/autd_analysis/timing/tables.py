@@ -1,31 +1,17 @@
 """The tables of timing: onsets and disturbances, and response times."""
 
-from autd_analysis.report.table import PARTICIPANT, Declared, ResultTable, why_no_interval
-from autd_analysis.study import Results
+from autd_analysis.report.table import PARTICIPANT, Declared, why_no_interval
 from autd_analysis.timing.numbers import (
     NOT_RECORDED,
     ConditionResponseTime,
     CountSummary,
     ParticipantResponseTime,
     TimeSummary,
-    disturbances,
-    onset_times,
-    response_times,
-    response_times_over_participants,
+    Timing,
 )
 from autd_trials.tables import Column, of
 
 _FELT_ONLY = "Only stimuli that were felt have one, so that conditions differ in which trials they show."
-
-
-def timing_tables(results: Results) -> tuple[ResultTable, ...]:
-    """Return how well onsets were timed, what disturbed trials, and how fast people answered."""
-    times = response_times(results.trials, results.trials.design.factors)
-    return (
-        TIMING.made(results, [*onset_times(results.trials), *disturbances(results.trials)]),
-        OVER_PARTICIPANTS.made(results, response_times_over_participants(times)),
-        BY_PARTICIPANT.made(results, times),
-    )
 
 
 def _time(row: TimeSummary | CountSummary) -> TimeSummary | None:
@@ -50,10 +36,11 @@ def _ms(seconds: float | None) -> float | None:
     return None if seconds is None else 1000 * seconds
 
 
-TIMING = Declared[TimeSummary | CountSummary](
+TIMING = Declared[Timing, TimeSummary | CountSummary](
     "timing",
     "How well onsets were timed, and what disturbed trials. Times are not measured in virtual time.",
-    (
+    rows=lambda found: (*found.onsets, *found.disturbances),
+    columns=(
         Column("quantity", "What was measured or counted.", lambda row: row.name),
         Column("about", "What it is.", lambda row: row.about),
         Column("unit", "ms, or count.", lambda row: "ms" if isinstance(row, TimeSummary) else "count"),
@@ -79,9 +66,10 @@ TIMING = Declared[TimeSummary | CountSummary](
     ),
     notes=_timing_note,
 )
-OVER_PARTICIPANTS = Declared[ConditionResponseTime](
+OVER_PARTICIPANTS = Declared[Timing, ConditionResponseTime](
     "response_times",
     f"Response times from the onset to the first press, over participants. {_FELT_ONLY}",
+    rows=lambda found: found.conditions,
     condition=lambda time: time.condition,
     columns=(
         Column(
@@ -112,9 +100,10 @@ OVER_PARTICIPANTS = Declared[ConditionResponseTime](
     ),
     notes=lambda time: why_no_interval(time.interval_s, time.participants),
 )
-BY_PARTICIPANT = Declared[ParticipantResponseTime](
+BY_PARTICIPANT = Declared[Timing, ParticipantResponseTime](
     "response_times_by_participant",
     f"Response times from the onset to the first press, of each participant. {_FELT_ONLY}",
+    rows=lambda found: found.participants,
     leading=(PARTICIPANT,),
     condition=lambda time: time.condition,
     columns=(
