@@ -83,12 +83,21 @@ def test_levels_that_no_protocol_could_have_are_compared(run: Run, tmp_path: Pat
 
 
 def test_the_report_says_how_to_make_it_again(run: Run, table: Path) -> None:
-    run("analyse", table, "--columns", COLUMNS, "--compare", "clothing=inner,both@modulation_hz", "--pooled")
+    run(
+        "analyse",
+        table,
+        "--columns",
+        COLUMNS,
+        "--compare",
+        "clothing=inner,both@modulation_hz",
+        "--without",
+        "models",
+    )
     report = (table.with_name("trials-analysis") / "report.html").read_text()
     command = (
         f"autd-trials analyse trials.csv --columns {COLUMNS} --compare clothing=inner,both@modulation_hz"
     )
-    assert f"{command} --pooled" in report
+    assert f"{command} --without models" in report
 
 
 def test_nothing_there_is_told(run: Run, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import importlib
 import pkgutil
 from collections.abc import Iterator
+from typing import Any
 
 import autd_analysis
 from autd_analysis.data.design import Design
@@ -24,7 +25,7 @@ LOGGED_NAMES = {"emulated", "masking", "participant_id", "run"}
 """What a person would take for the session's, not for a factor."""
 
 
-def result_tables() -> Iterator[Declared[object]]:
+def result_tables() -> Iterator[Declared[Any, Any]]:
     for module in pkgutil.walk_packages(autd_analysis.__path__, "autd_analysis."):
         for declared in vars(importlib.import_module(module.name)).values():
             if isinstance(declared, Declared):

@@ -1,5 +1,7 @@
 """The planned comparisons of rates, within participants."""
 
+from collections.abc import Sequence
+
 from autd_analysis.comparisons.figure import draw_differences_on, figures
 from autd_analysis.comparisons.numbers import ComparisonResult, planned_comparisons
 from autd_analysis.comparisons.tables import COMPARISONS as COMPARISONS_TABLE
@@ -14,13 +16,13 @@ STEERED = NotApplicable(
 )
 
 
-def _compute(trials: Trials, results: Others) -> tuple[ComparisonResult, ...] | NotApplicable:
+def _compute(trials: Trials, results: Others) -> Sequence[ComparisonResult] | NotApplicable:
     if trials.design.method is not None:
         return STEERED
     return planned_comparisons(results[RATES].participants, trials.design)
 
 
-COMPARISONS = Subject[tuple[ComparisonResult, ...]](
+COMPARISONS = Subject[Sequence[ComparisonResult]](
     name="comparisons",
     title="Planned comparisons",
     compute=_compute,

@@ -90,7 +90,7 @@ class Interactions:
     trends: tuple[Trend, ...]
 
 
-def dependence_on_other_factor(comparisons: tuple[ComparisonResult, ...]) -> Interactions:
+def dependence_on_other_factor(comparisons: Sequence[ComparisonResult]) -> Interactions:
     """Return interactions and trends of the planned comparisons."""
     return Interactions(interactions(comparisons), trends(comparisons))
 

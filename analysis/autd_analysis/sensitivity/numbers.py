@@ -103,7 +103,7 @@ class Sensitivity:
     condition_logits: tuple[ConditionLogit, ...]
 
 
-def sensitivity(rates: Rates, comparisons: tuple[ComparisonResult, ...], design: Design) -> Sensitivity:
+def sensitivity(rates: Rates, comparisons: Sequence[ComparisonResult], design: Design) -> Sensitivity:
     """Return what other choices of tests and models would have given."""
     return Sensitivity(
         adjusted=tuple(adjusted_p(comparisons)),

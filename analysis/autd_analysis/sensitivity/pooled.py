@@ -123,6 +123,27 @@ def cmh_exact_p(strata: Sequence[Stratum]) -> float | None:
     return min(1.0, float(chances[chances <= observed * (1 + 1e-7)].sum()))
 
 
+def common_odds_ratio(strata: Sequence[Stratum]) -> tuple[float | None, Interval | None]:
+    """Return the odds ratio and its interval; None where it is 0, infinite or 0 / 0.
+
+    J. Robins, N. Breslow and S. Greenland (1986), Biometrics 42, 311-323.
+    """
+    agree = disagree = agree_alike = mixed = disagree_alike = 0.0
+    for (a, n), (b, m) in strata:
+        trials = n + m
+        if trials > 1:
+            alike, product, other = (a + m - b) / trials, a * (m - b) / trials, b * (n - a) / trials
+            agree, disagree = agree + product, disagree + other
+            agree_alike += alike * product
+            mixed += alike * other + (1 - alike) * product
+            disagree_alike += (1 - alike) * other
+    if agree == 0 or disagree == 0:
+        return None, None
+    variance = agree_alike / agree**2 + mixed / (agree * disagree) + disagree_alike / disagree**2
+    logs = wald_interval(math.log(agree / disagree), math.sqrt(variance / 2))
+    return agree / disagree, Interval(math.exp(logs.low), math.exp(logs.high))
+
+
 def mcnemar_p(only_first: int, only_second: int) -> tuple[float, float] | None:
     """Return McNemar's exact p and mid-p from the discordant pairs; None without any.
 
@@ -144,7 +165,7 @@ def _pooled(contrast: Contrast, strata: Sequence[Stratum]) -> PooledTests:
         tuple(sum(stratum[side][which] for stratum in strata) for which in (0, 1)) for side in (0, 1)
     )
     (a, n), (b, m) = total
-    odds_ratio, interval = _common_odds_ratio(strata)
+    odds_ratio, interval = common_odds_ratio(strata)
     discordant = _discordant(strata)
     mcnemar = mcnemar_p(*discordant) if discordant else None
     return PooledTests(
@@ -180,27 +201,6 @@ def _hypergeometric(n: int, m: int, felt: int) -> Array:
     chances = np.zeros(n + 1)
     chances[possible] = np.exp(log_ways(n, counts) + log_ways(m, others) - log_ways(n + m, np.array(felt)))
     return chances
-
-
-def _common_odds_ratio(strata: Sequence[Stratum]) -> tuple[float | None, Interval | None]:
-    """Return the odds ratio and its interval; None where it is 0, infinite or 0 / 0.
-
-    J. Robins, N. Breslow and S. Greenland (1986), Biometrics 42, 311-323.
-    """
-    agree = disagree = agree_alike = mixed = disagree_alike = 0.0
-    for (a, n), (b, m) in strata:
-        trials = n + m
-        if trials > 1:
-            alike, product, other = (a + m - b) / trials, a * (m - b) / trials, b * (n - a) / trials
-            agree, disagree = agree + product, disagree + other
-            agree_alike += alike * product
-            mixed += alike * other + (1 - alike) * product
-            disagree_alike += (1 - alike) * other
-    if agree == 0 or disagree == 0:
-        return None, None
-    variance = agree_alike / agree**2 + mixed / (agree * disagree) + disagree_alike / disagree**2
-    logs = wald_interval(math.log(agree / disagree), math.sqrt(variance / 2))
-    return agree / disagree, Interval(math.exp(logs.low), math.exp(logs.high))
 
 
 def _discordant(strata: Sequence[Stratum]) -> tuple[int, int] | None:

@@ -5,10 +5,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
-from autd_analysis.comparisons.figure import draw_figure
+from autd_analysis.comparisons import COMPARISONS
+from autd_analysis.comparisons.figure import draw_comparisons
 from autd_analysis.data.any_table import TableRequest, read_any_table
+from autd_analysis.rates import RATES
 from autd_analysis.report.style import figure_style
-from autd_analysis.study import Results, results_of
+from autd_analysis.results import Results
+from autd_analysis.study import analyse
+from autd_analysis.timing import TIMING
 from autd_analysis.timing.figure import draw_timing
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -50,7 +54,11 @@ def results(
         {name: tuple(map(str, each)) for name, each in levels.items()},
         (comparison,),
     )
-    return results_of(read_any_table(path, request))
+    return analyse(read_any_table(path, request), only=["rates", "comparisons", "timing"])
+
+
+def result_figure(study: Results) -> Figure:
+    return draw_comparisons(study[COMPARISONS], study[RATES], study)
 
 
 def words(figure: Figure) -> Iterator[tuple[str, Bbox]]:
@@ -83,8 +91,7 @@ def test_long_words_and_many_levels_fit(
 ) -> None:
     study = results(tmp_path, levels, compared, at)
     with figure_style():
-        for figure in (draw_figure(study), draw_timing(study)):
-            assert figure is not None
+        for figure in (result_figure(study), draw_timing(study[TIMING], study.trials)):
             page = Bbox.from_bounds(0, 0, *figure.get_size_inches() * figure.dpi)
             for text, box in words(figure):
                 assert page.x0 <= box.x0, text
@@ -99,4 +106,4 @@ def test_long_words_and_many_levels_fit(
 def test_a_dollar_is_a_dollar(tmp_path: Path) -> None:
     study = results(tmp_path, {"price": ("$\\frac$", "$1$")}, "price", None)
     with figure_style():
-        assert "$\\frac$" in [text for text, _ in words(draw_figure(study))]
+        assert "$\\frac$" in [text for text, _ in words(result_figure(study))]

@@ -4,11 +4,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
+from autd_analysis.comparisons import COMPARISONS
 from autd_analysis.data.any_table import TableRequest, read_any_table
 from autd_analysis.data.trials import Trials
-from autd_analysis.report.all_tables import result_tables
+from autd_analysis.detectability import DETECTABILITY
+from autd_analysis.order import ORDER
+from autd_analysis.rates import RATES
 from autd_analysis.report.summary import plain_words
-from autd_analysis.study import results_of
+from autd_analysis.study import analyse
 
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison
@@ -46,11 +49,13 @@ def read(
 
 
 def test_rates_and_comparisons_are_those_of_the_table(tmp_path: Path) -> None:
-    results = results_of(read(tmp_path, lines(), levels={"clothing": ["inner", "both"]}))
-    assert [float(rate.mean or 0) for rate in results.rates] == pytest.approx([0.8, 0.8, 0.3, 0.3])
-    assert [comparison.mean for comparison in results.comparisons] == pytest.approx([0.5, 0.5])
-    assert results.comparisons[0].at == (("modulation_hz", 25.0),)
-    assert not results.simulated
+    results = analyse(read(tmp_path, lines(), levels={"clothing": ["inner", "both"]}))
+    assert [float(rate.mean or 0) for rate in results[RATES].conditions] == pytest.approx(
+        [0.8, 0.8, 0.3, 0.3]
+    )
+    assert [comparison.mean for comparison in results[COMPARISONS]] == pytest.approx([0.5, 0.5])
+    assert results[COMPARISONS][0].contrast.at == (("modulation_hz", 25.0),)
+    assert not results.trials.simulated
 
 
 def test_levels_are_ordered_by_size_or_as_they_are_named(tmp_path: Path) -> None:
@@ -69,14 +74,14 @@ def test_answers_in_words_and_numbers(tmp_path: Path, yes: str, no: str) -> None
 
 
 def test_without_a_column_of_trials_their_order_is_not_looked_at(tmp_path: Path) -> None:
-    results = results_of(read(tmp_path, lines()))
-    assert {effect.note for effect in results.order_effects} == {
+    results = analyse(read(tmp_path, lines()))
+    assert {effect.note for effect in results[ORDER]} == {
         "the table has no column of trials, so their order is not known"
     }
     assert "Order effects" not in plain_words(results)
     numbered = [f"{row},{number}" for number, row in enumerate(lines())]
     columns = {**COLUMNS, "trial": "number"}
-    known = results_of(read(tmp_path, numbered, header="pid,felt,cloth,freq,number", columns=columns))
+    known = analyse(read(tmp_path, numbered, header="pid,felt,cloth,freq,number", columns=columns))
     assert "Order effects" in plain_words(known)
 
 
@@ -95,9 +100,9 @@ def test_a_tsv_with_catch_trials_sessions_and_interrupted_trials(tmp_path: Path)
     assert trials.table["used"].tolist() == [True, False, True, True, False]
     assert any("1 interrupted" in warning for warning in trials.warnings)
     assert any("without an answer" in warning for warning in trials.warnings)
-    results = results_of(trials)
-    assert results.false_alarms is not None
-    assert results.detectability is not None
+    results = analyse(trials)
+    assert results[RATES].false_alarms is not None
+    assert results[DETECTABILITY].participants is not None
 
 
 def test_practice_is_kept_apart_and_said_to_be(tmp_path: Path) -> None:
@@ -268,13 +273,13 @@ def test_catch_trials_of_some_levels_only_are_said(tmp_path: Path) -> None:
 
 def test_one_condition_has_rates(tmp_path: Path) -> None:
     rows = [f"p{person},{trial % 2},inner,25" for person in range(3) for trial in range(4)]
-    results = results_of(read(tmp_path, rows, comparisons=()))
-    assert [rate.mean for rate in results.rates] == [0.5]
+    results = analyse(read(tmp_path, rows, comparisons=()))
+    assert [rate.mean for rate in results[RATES].conditions] == [0.5]
     assert "There is one condition only." in plain_words(results)
 
 
 def test_what_was_not_compared_is_said_with_how_to_ask(tmp_path: Path) -> None:
-    words = plain_words(results_of(read(tmp_path, lines(), comparisons=())))
+    words = plain_words(analyse(read(tmp_path, lines(), comparisons=())))
     assert "Nothing was compared" in words
     assert "--compare clothing=both,inner@modulation_hz" in words
 
@@ -305,4 +310,4 @@ def test_a_mixture_of_people_and_programs_is_said(tmp_path: Path) -> None:
 def test_a_factor_with_the_name_of_another_column_is_refused(tmp_path: Path, name: str) -> None:
     columns = {"participant": "pid", "response": "felt", name: "cloth"}
     with pytest.raises(UsageError, match=f"a factor is called {name}"):
-        result_tables(results_of(read(tmp_path, lines(), columns=columns, comparisons=())))
+        read(tmp_path, lines(), columns=columns, comparisons=())

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from autd_analysis.detectability.numbers import detectability, over_participants
 from autd_analysis.rates.numbers import ParticipantRate
-from autd_analysis.report.all_tables import result_tables
 from autd_analysis.study import analyse
 from scipy.stats import norm
 
@@ -83,7 +82,7 @@ def test_a_study_without_catch_trials_says_undefined_and_one_with_them_gives_d_p
     writer: StudyWriter,
 ) -> None:
     writer.add("01", lambda _condition, repetition: repetition < 5)
-    tables = {table.name: table for table in result_tables(analyse(writer.folder))}
+    tables = {table.name: table for table in analyse(writer.folder).tables}
     (row,) = tables["detectability"].rows
     assert "no catch trials" in str(row["notes"])
 
@@ -93,7 +92,7 @@ def test_a_study_with_catch_trials_gives_d_prime_in_every_condition(writer: Stud
     writer.add(
         "01", lambda condition, repetition: condition.get("modulation_hz") is not None and repetition < 8
     )
-    tables = {table.name: table for table in result_tables(analyse(writer.folder))}
+    tables = {table.name: table for table in analyse(writer.folder).tables}
     rows = tables["detectability_by_participant"].rows
     assert len(rows) == 6
     assert all(float(str(row["d_prime"])) > 0 for row in rows)

@@ -4,8 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
-from autd_analysis.interactions.numbers import interactions, trends
-from autd_analysis.study import Results, analyse
+from autd_analysis.interactions import INTERACTIONS
+from autd_analysis.interactions.numbers import Interactions
+from autd_analysis.study import analyse
 from scipy import stats
 from statsmodels.stats.multivariate import test_mvmean as mvmean
 
@@ -17,7 +18,7 @@ DIFFERENCES = np.array([[row[cell] - row[cell + 3] for cell in range(3)] for row
 
 
 def test_the_chest_studys_interaction_against_statsmodels_and_enumeration(chest: StudyWriter) -> None:
-    (found,) = interactions(analyse(chest.folder).comparisons)
+    (found,) = analyse(chest.folder, only=["interactions"])[INTERACTIONS].interactions
     expected = mvmean(DIFFERENCES[:, 1:] - DIFFERENCES[:, :1])
     assert found.f == pytest.approx(float(expected.statistic))
     assert found.f_p == pytest.approx(float(expected.pvalue))
@@ -38,14 +39,14 @@ def test_two_levels_make_it_a_paired_t_test_of_the_difference_of_differences(wri
             f"{number:02}",
             lambda levels, k, wanted=wanted: k < wanted[levels["clothing"], levels["modulation_hz"]],  # type: ignore[misc]
         )
-    (found,) = interactions(analyse(writer.folder).comparisons)
+    (found,) = analyse(writer.folder, only=["interactions"])[INTERACTIONS].interactions
     expected = stats.ttest_1samp(DIFFERENCES[:, 2] - DIFFERENCES[:, 0], 0)
     assert found.f == pytest.approx(float(expected.statistic) ** 2)
     assert found.f_p == pytest.approx(float(expected.pvalue))
 
 
 def test_the_trend_is_the_mean_slope_over_octaves(chest: StudyWriter) -> None:
-    (found,) = trends(analyse(chest.folder).comparisons)
+    (found,) = analyse(chest.folder, only=["interactions"])[INTERACTIONS].trends
     slopes = [np.polyfit(np.log2([25, 50, 100]), row, 1)[0] for row in DIFFERENCES]
     expected = stats.ttest_1samp(slopes, 0)
     assert found.unit == "octave"
@@ -57,10 +58,10 @@ def test_the_trend_is_the_mean_slope_over_octaves(chest: StudyWriter) -> None:
     assert (found.interval.low, found.interval.high) == pytest.approx((interval.low, interval.high))
 
 
-def of_everybody(writer: StudyWriter, counts: tuple[int, ...], people: int) -> Results:
+def of_everybody(writer: StudyWriter, counts: tuple[int, ...], people: int) -> Interactions:
     for number in range(1, people + 1):
         writer.add(f"{number:02}", chest_answer(counts))
-    return analyse(writer.folder)
+    return analyse(writer.folder, only=["interactions"])[INTERACTIONS]
 
 
 def test_people_without_any_interaction_show_none(writer: StudyWriter) -> None:

@@ -4,7 +4,6 @@ import csv
 from pathlib import Path
 
 import pytest
-from autd_analysis.report.all_tables import result_tables
 from autd_analysis.report.table import ResultTable
 from autd_analysis.report.writing import write_results
 from autd_analysis.study import analyse
@@ -17,7 +16,7 @@ NAMES = ("model_means", "model_effects", "model_fit", "other_models", "firth_log
 
 
 def tables(writer: StudyWriter) -> dict[str, ResultTable]:
-    return {table.name: table for table in result_tables(analyse(writer.folder)) if table.name in NAMES}
+    return {table.name: table for table in analyse(writer.folder).tables if table.name in NAMES}
 
 
 def add_constant(writer: StudyWriter, people: int, felt: bool) -> None:

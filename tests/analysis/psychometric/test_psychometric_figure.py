@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from autd_analysis.psychometric import PSYCHOMETRIC
 from autd_analysis.psychometric.figure import draw_psychometric
-from autd_analysis.report.figures import save_figures
 from autd_analysis.report.style import figure_style, save_figure
-from autd_analysis.study import Results, analyse
+from autd_analysis.report.writing import write_results
+from autd_analysis.results import Results
+from autd_analysis.study import analyse
 from matplotlib.collections import LineCollection, PathCollection
 
 from autd_trials.testing.recorded import StudyWriter
@@ -20,7 +22,7 @@ def results(recorded_chest: Path) -> Results:
 
 
 def test_a_panel_for_each_clothing_shows_every_rate_with_its_number_of_trials(results: Results) -> None:
-    panels = draw_psychometric(results, results.psychometric[0]).axes
+    panels = draw_psychometric(results, results[PSYCHOMETRIC][0]).axes
     assert [axes.texts[-1].get_text() for axes in panels] == [
         "Clothing: inner",
         "Clothing: inner + outer",
@@ -34,7 +36,7 @@ def test_a_panel_for_each_clothing_shows_every_rate_with_its_number_of_trials(re
 
 
 def test_the_group_has_a_curve_through_its_marker_and_an_interval(results: Results) -> None:
-    found = results.psychometric[0]
+    found = results[PSYCHOMETRIC][0]
     for axes, group in zip(draw_psychometric(results, found).axes, found.groups, strict=True):
         assert group.mixed is not None
         (thick,) = [line for line in axes.lines if line.get_linewidth() == 2]
@@ -55,7 +57,7 @@ def test_the_group_has_a_curve_through_its_marker_and_an_interval(results: Resul
 
 
 def test_only_functions_that_answers_tell_are_drawn(results: Results) -> None:
-    found = results.psychometric[0]
+    found = results[PSYCHOMETRIC][0]
     for axes, group in zip(draw_psychometric(results, found).axes, found.groups, strict=True):
         people = [each for each in found.participants if each.condition == group.condition]
         thin = [line for line in axes.lines if line.get_linewidth() == 0.6]
@@ -67,7 +69,7 @@ def test_the_same_results_give_the_same_files(results: Results, tmp_path: Path) 
     for folder in (one, other):
         folder.mkdir()
         with figure_style():
-            figure = draw_psychometric(results, results.psychometric[0])
+            figure = draw_psychometric(results, results[PSYCHOMETRIC][0])
             files = save_figure(figure, folder, "psychometric")
         assert [file.name for file in files] == ["psychometric.png", "psychometric.svg", "psychometric.pdf"]
     for file in one.iterdir():
@@ -86,13 +88,17 @@ def test_several_factors_have_a_figure_each(writer: StudyWriter, tmp_path: Path)
             person,
             lambda conditions, repetition: repetition < 4 * float(conditions["drive"] or 0),
         )
-    names = [saved.figure.name for saved in save_figures(analyse(writer.folder), tmp_path, ("svg",))]
-    assert names == ["rates", "psychometric_modulation_hz", "psychometric_drive", "timing"]
+    names = {
+        file.stem
+        for file in write_results(analyse(writer.folder), tmp_path, ("svg",)).files
+        if file.suffix == ".svg"
+    }
+    assert names == {"rates", "psychometric_modulation_hz", "psychometric_drive", "timing"}
 
 
 @pytest.mark.parametrize("felt", [True, False])
 def test_all_or_none_felt_can_be_drawn(writer: StudyWriter, felt: bool) -> None:
     writer.add("01", chest_answer([10 * felt] * 6))
     results = analyse(writer.folder)
-    for axes in draw_psychometric(results, results.psychometric[0]).axes:
+    for axes in draw_psychometric(results, results[PSYCHOMETRIC][0]).axes:
         assert len(axes.lines) == 0

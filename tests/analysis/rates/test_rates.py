@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import pytest
 from autd_analysis.data.trials import read_trials
+from autd_analysis.rates import RATES
 from autd_analysis.rates.numbers import detection_rates, false_alarm_rates, marginal_rates, over_participants
 from autd_analysis.study import analyse
 from scipy import stats
@@ -54,8 +55,8 @@ def test_all_felt_or_none_has_no_interval_over_participants(writer: StudyWriter,
     for participant in ("01", "02", "03"):
         writer.add(participant, lambda conditions, repetition: felt)
     results = analyse(writer.folder)
-    assert all(rate.mean == float(felt) and rate.interval is None for rate in results.rates)
-    for one in results.participant_rates:
+    assert all(rate.mean == float(felt) and rate.interval is None for rate in results[RATES].conditions)
+    for one in results[RATES].participants:
         assert one.interval is not None
         assert one.interval.high - one.interval.low == pytest.approx(0.2775, abs=1e-4)
 
@@ -74,9 +75,9 @@ def test_one_trial_is_enough_for_a_rate(writer: StudyWriter) -> None:
     writer.protocol = chest_protocol(within={}, between={}, comparisons=(), repetitions=1)
     writer.add("01", lambda conditions, repetition: True)
     results = analyse(writer.folder)
-    (rate,) = results.rates
+    (rate,) = results[RATES].conditions
     assert (rate.mean, rate.interval, rate.participants) == (1.0, None, 1)
-    (one,) = results.participant_rates
+    (one,) = results[RATES].participants
     assert one.interval is not None
     assert one.interval.low == pytest.approx(0.2065, abs=1e-4)
 
@@ -84,8 +85,8 @@ def test_one_trial_is_enough_for_a_rate(writer: StudyWriter) -> None:
 def test_without_catch_trials_the_false_alarm_rate_is_undefined(chest: StudyWriter) -> None:
     assert false_alarm_rates(read_trials(chest.folder)) is None
     results = analyse(chest.folder)
-    assert results.false_alarms is None
-    assert results.participant_false_alarms is None
+    assert results[RATES].false_alarms is None
+    assert results[RATES].participant_false_alarms is None
 
 
 def with_false_alarms(count: int) -> Answer:
@@ -103,9 +104,9 @@ def test_false_alarms_are_counted_per_kind_of_block_and_over_all(writer: StudyWr
     writer.protocol = chest_protocol(catch_trials=4)
     writer.add("01", with_false_alarms(1))
     writer.add("02", with_false_alarms(0))
-    results = analyse(writer.folder)
-    assert results.false_alarms is not None
-    by_condition = {rate.condition: rate for rate in results.false_alarms}
+    rates = analyse(writer.folder, only=["rates"])[RATES]
+    assert rates.false_alarms is not None
+    by_condition = {rate.condition: rate for rate in rates.false_alarms}
     inner, outer, both = (
         by_condition[(("clothing", "inner"),)],
         by_condition[(("clothing", "inner_outer"),)],
@@ -114,7 +115,7 @@ def test_false_alarms_are_counted_per_kind_of_block_and_over_all(writer: StudyWr
     assert (inner.mean, outer.mean, both.mean) == (0.25, 0.125, 0.1875)
     assert (both.felt, both.n) == (3, 16)
     # Catch trials do not touch the detection rates.
-    assert all(rate.mean == 1 and rate.n == 20 for rate in results.rates)
+    assert all(rate.mean == 1 and rate.n == 20 for rate in rates.conditions)
 
 
 def test_marginal_rates_weigh_cells_the_same(writer: StudyWriter) -> None:

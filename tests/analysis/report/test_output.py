@@ -9,12 +9,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from autd_analysis.comparisons.figure import draw_figure
+from autd_analysis.comparisons import COMPARISONS
+from autd_analysis.comparisons.figure import draw_comparisons
+from autd_analysis.rates import RATES
 from autd_analysis.report.summary import plain_words
 from autd_analysis.report.writing import results_json, write_results
+from autd_analysis.results import Results
 from autd_analysis.study import analyse
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
+from matplotlib.figure import Figure
 
 from autd_trials.errors import DeviceError
 from autd_trials.testing.recorded import Answer, StudyWriter
@@ -48,8 +52,12 @@ def table(folder: Path, name: str) -> list[dict[str, str]]:
         return list(csv.DictReader(file, delimiter="\t"))
 
 
+def result_figure(results: Results) -> Figure:
+    return draw_comparisons(results[COMPARISONS], results[RATES], results)
+
+
 def figure_words(study: Path) -> str:
-    figure = draw_figure(analyse(study))
+    figure = result_figure(analyse(study, only=["rates", "comparisons"]))
     texts = [text.get_text() for text in figure.texts]
     for axes in figure.axes:
         texts += [axes.get_xlabel(), axes.get_ylabel(), axes.get_title(loc="left")]
@@ -65,7 +73,7 @@ class Written:
 
     study: Path
     folder: Path
-    files: list[Path]
+    files: tuple[Path, ...]
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +81,7 @@ def written(recorded_chest: Path, tmp_path_factory: pytest.TempPathFactory) -> W
     study = tmp_path_factory.mktemp("study") / "chest"
     shutil.copytree(recorded_chest, study)
     folder = study / "derivatives" / "analysis"
-    return Written(study, folder, write_results(analyse(study), folder))
+    return Written(study, folder, write_results(analyse(study), folder).files)
 
 
 def test_everything_is_written_and_named(written: Written) -> None:
@@ -86,7 +94,7 @@ def test_everything_is_written_and_named(written: Written) -> None:
 
 
 def test_the_same_study_gives_the_same_bytes(written: Written, tmp_path: Path) -> None:
-    for one, two in zip(written.files, write_results(analyse(written.study), tmp_path), strict=True):
+    for one, two in zip(written.files, write_results(analyse(written.study), tmp_path).files, strict=True):
         assert one.read_bytes() == two.read_bytes(), one.name
         # The two were made within seconds, so look for time stamps too.
         assert b"CreationDate" not in one.read_bytes()
@@ -170,7 +178,7 @@ def dots(axes: Axes) -> list[list[float]]:
 
 
 def test_the_figure_shows_every_participant_in_every_condition(written: Written) -> None:
-    rates, differences = draw_figure(analyse(written.study)).axes
+    rates, differences = result_figure(analyse(written.study, only=["comparisons"])).axes
     in_file_order = [(0, 3), (1, 4), (2, 5)]
     assert dots(rates) == [
         [counts[cell] / 10 for counts in CHEST_COUNTS] for pair in in_file_order for cell in pair
@@ -236,8 +244,8 @@ def test_warnings_reach_words_json_and_readme(writer: StudyWriter, tmp_path: Pat
     writer.add("02", chest_answer(CHEST_COUNTS[1]))
     results = analyse(writer.folder)
     write_results(results, tmp_path, formats=LOOKED_AT)
-    assert results.warnings
-    for warning in results.warnings:
+    assert results.remarks
+    for warning in results.remarks:
         assert warning in plain_words(results)
         assert warning in results_json(results)["warnings"]
         assert warning in (tmp_path / "README.md").read_text()

@@ -22,8 +22,8 @@ def estimates(
     clothing = StudyFactor("clothing", ("inner", "both"), {}, within_block=False)
     planned = Comparison(factor="clothing", first="inner", second="both", at_each=at_each)
     found = other_estimates(its_rates, Design("chest", None, (hertz, clothing), (planned,)))
-    assert all(each.compared == CLOTHING for each in found)
-    return {(each.at, each.method): each for each in found}
+    assert all(each.contrast.overall == CLOTHING for each in found)
+    return {(each.contrast.at, each.method): each for each in found}
 
 
 @pytest.mark.parametrize("number", STUDIES)

@@ -1,4 +1,4 @@
-"""The pooled tests against R, SciPy, statsmodels, and by hand; and that they are asked for and warned of."""
+"""The pooled tests against R, SciPy, statsmodels, and by hand; and that they are warned of."""
 
 import csv
 import math
@@ -6,12 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from autd_analysis.sensitivity.pooled import Stratum, chi_squared_p, cmh_exact_p, cmh_p, mcnemar_p
+from autd_analysis.sensitivity import SENSITIVITY
+from autd_analysis.sensitivity.pooled import (
+    Stratum,
+    chi_squared_p,
+    cmh_exact_p,
+    cmh_p,
+    common_odds_ratio,
+    mcnemar_p,
+)
 from autd_analysis.study import analyse
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
-from statsmodels.stats.contingency_tables import mcnemar
+from statsmodels.stats.contingency_tables import StratifiedTable, mcnemar
 
 from autd_trials.testing.recorded import StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
@@ -55,6 +63,20 @@ def test_one_stratum_is_fishers_test_and_chi_squared_is_scipys(
         assert chi is None
 
 
+@given(st.lists(st.tuples(counts, counts), min_size=1, max_size=6))
+@settings(max_examples=100, deadline=None)
+def test_the_common_odds_ratio_and_its_interval_are_statsmodels(strata: list[Stratum]) -> None:
+    ratio, interval = common_odds_ratio(strata)
+    if ratio is None or interval is None:
+        return
+    tables = [np.array([[a, n - a], [b, m - b]], float) for (a, n), (b, m) in strata]
+    expected = StratifiedTable(tables)
+    assert ratio == pytest.approx(float(expected.oddsratio_pooled))
+    assert (interval.low, interval.high) == pytest.approx(
+        tuple(map(float, expected.oddsratio_pooled_confint()))
+    )
+
+
 @given(st.integers(0, 15), st.integers(0, 15))
 @settings(max_examples=60, deadline=None)
 def test_mcnemar_equals_statsmodels_and_mid_p_its_definition(only_first: int, only_second: int) -> None:
@@ -78,13 +100,11 @@ def test_mcnemar_published_example() -> None:
     assert found == pytest.approx((0.0703, 0.0391), abs=5e-5)
 
 
-def test_a_study_is_pooled_only_on_request_and_with_a_warning(chest: StudyWriter) -> None:
-    assert analyse(chest.folder).pooled is None
-    assert not any("pooled" in warning for warning in analyse(chest.folder).warnings)
-    results = analyse(chest.folder, pooled=True)
-    assert any("pooled tests take people for alike" in warning for warning in results.warnings)
-    assert results.pooled is not None
-    at_25 = results.pooled[0]
+def test_a_study_is_pooled_with_a_warning(chest: StudyWriter) -> None:
+    results = analyse(chest.folder, only=["sensitivity"])
+    (made,) = (table for table in results.tables if table.name == "pooled")
+    assert "these p are too small" in made.about
+    at_25 = results[SENSITIVITY].pooled[0]
     inner, outer = (sum(row[cell] for row in CHEST_COUNTS) for cell in (0, 3))
     assert (at_25.felt_first, at_25.n_first, at_25.felt_second, at_25.n_second) == (inner, 80, outer, 80)
     table = np.array([[inner, 80 - inner], [outer, 80 - outer]])
@@ -99,9 +119,7 @@ def test_single_answers_are_pairs(writer: StudyWriter) -> None:
     writer.protocol = chest_protocol(repetitions=1)
     for number in range(1, 11):
         writer.add(f"{number:02}", chest_answer((1, 1, 1, int(number > 8), 1, int(number == 1))))
-    pooled = analyse(writer.folder, pooled=True).pooled
-    assert pooled is not None
-    at_25, at_50, _ = pooled
+    at_25, at_50, _ = analyse(writer.folder, only=["sensitivity"])[SENSITIVITY].pooled
     assert at_25.mcnemar_p == pytest.approx(2 / 2**8)
     assert at_25.mcnemar_mid_p == pytest.approx(1 / 2**8)
     assert at_25.odds_ratio is None

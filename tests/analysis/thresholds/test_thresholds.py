@@ -6,10 +6,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from autd_analysis.comparisons import COMPARISONS
 from autd_analysis.data.design import Design, StudyFactor
 from autd_analysis.data.trials import Trials, read_trials
+from autd_analysis.detectability import DETECTABILITY
+from autd_analysis.order import ORDER
 from autd_analysis.report.writing import write_results
-from autd_analysis.study import Results, analyse
+from autd_analysis.results import Results
+from autd_analysis.study import analyse
+from autd_analysis.thresholds import THRESHOLDS
 from autd_analysis.thresholds.comparisons import compared_thresholds
 from autd_analysis.thresholds.numbers import Threshold, over_participants, thresholds
 from scipy import stats
@@ -116,7 +121,7 @@ def test_simulated_peoples_thresholds_are_found(study: Path, results: Results) -
 
     starts = {session.start.participant: session.start for session in read_sessions(study)[0]}
     errors = []
-    for found in results.thresholds:
+    for found in results[THRESHOLDS].participants:
         hz = dict(found.condition)["modulation_hz"]
         assert isinstance(hz, float)
         if found.db is not None:
@@ -124,18 +129,18 @@ def test_simulated_peoples_thresholds_are_found(study: Path, results: Results) -
     assert len(errors) > 10
     assert all(spread is not None and abs(error) < 3 * spread for error, spread in errors)
     assert abs(np.mean([error for error, _ in errors])) < 0.75
-    for found in results.thresholds:
+    for found in results[THRESHOLDS].participants:
         if found.beyond == 1:
             assert true_db(starts[found.participant], 50.0) > -2
 
 
 def test_the_studys_rates_are_not_compared_and_it_says_why(results: Results) -> None:
-    assert not results.comparisons
+    assert not results[COMPARISONS]
     assert not results.interactions
-    assert not results.order_effects
-    assert results.detectability is None
-    assert any("compare thresholds, not rates" in warning for warning in results.warnings)
-    (comparison,) = results.threshold_comparisons
+    assert not results[ORDER]
+    assert results[DETECTABILITY].participants is None
+    assert any("compare thresholds, not rates" in warning for warning in results.remarks)
+    (comparison,) = results[THRESHOLDS].comparisons
     assert comparison.higher_first >= 6, "the model needs twice the force at 50 Hz"
     assert comparison.higher_second == 0
     assert comparison.interval is not None
@@ -176,10 +181,15 @@ def test_a_level_that_is_no_number_is_refused_with_its_line(study: Path) -> None
         table.write_text(text)
 
 
+def found_in(trials: Trials) -> tuple[Threshold, ...]:
+    assert trials.design.method is not None
+    return thresholds(trials, trials.design.method)
+
+
 def test_sessions_are_averaged_in_db_and_a_track_is_one_sessions() -> None:
     felt = "++-+-+-"  # turns at 1/4, 1/2, 1/4, 1/2, 1/4; the first is left out
     high = "+-+-+-"  # turns at 1/2, 1, 1/2, 1, 1/2
-    found = thresholds(trials_of([("1", "01", 50.0, "inner", felt), ("1", "02", 50.0, "inner", high)]))
+    found = found_in(trials_of([("1", "01", 50.0, "inner", felt), ("1", "02", 50.0, "inner", high)]))
     told = [each for each in found if each.trials]
     assert [each.trials for each in told] == [13]
     assert told[0].db == pytest.approx(20 * (7 * math.log10(1 / 8) / 2 + 6 * math.log10(1 / 2) / 2) / 13)
@@ -189,15 +199,15 @@ def test_sessions_are_averaged_in_db_and_a_track_is_one_sessions() -> None:
 
 
 def test_a_session_that_was_broken_off_hides_no_threshold_of_another() -> None:
-    whole = thresholds(trials_of([("1", "01", 50.0, "inner", "+-+-+-")]))
-    found = thresholds(trials_of([("1", "01", 50.0, "inner", "+-+-+-"), ("1", "02", 50.0, "inner", "+")]))
+    whole = found_in(trials_of([("1", "01", 50.0, "inner", "+-+-+-")]))
+    found = found_in(trials_of([("1", "01", 50.0, "inner", "+-+-+-"), ("1", "02", 50.0, "inner", "+")]))
     assert found[0].threshold == whole[0].threshold
     assert found[0].note is not None
     assert "1 session(s) that tell no threshold are left out" in found[0].note
 
 
 def test_a_track_that_tells_nothing_is_counted_as_untold() -> None:
-    found = thresholds(trials_of([("1", "01", 50.0, "inner", "+-+-+-"), ("2", "01", 50.0, "inner", "++++")]))
+    found = found_in(trials_of([("1", "01", 50.0, "inner", "+-+-+-"), ("2", "01", 50.0, "inner", "++++")]))
     (group,) = (each for each in over_participants(found) if each.participants)
     assert (group.participants, group.untold) == (1, 1)
     assert group.interval is None

@@ -9,13 +9,15 @@ import pytest
 from autd_analysis.data.any_table import KNOWN, TableRequest, read_any_table
 from autd_analysis.data.trials import Trials, read_trials
 from autd_analysis.report.style import figure_style
-from autd_analysis.study import results_of
+from autd_analysis.study import analyse
+from autd_analysis.timing import TIMING
 from autd_analysis.timing.figure import draw_timing
 from autd_analysis.timing.numbers import (
     disturbances,
     onset_times,
     response_times,
     response_times_over_participants,
+    timing,
 )
 from autd_analysis.timing.words import timing_sentences
 
@@ -85,7 +87,7 @@ def test_response_times_are_those_of_felt_stimuli(tmp_path: Path) -> None:
 
 
 def test_in_words(tmp_path: Path) -> None:
-    onsets, bracket, disturbed = timing_sentences(read(tmp_path))
+    onsets, bracket, disturbed = timing_sentences(timing(read(tmp_path)))
     assert onsets == "2 of 6 onsets were later than 1 ms; the largest lateness was 30 ms."
     assert bracket == (
         "The array was read back as silent 100 ms before the onset (median) and as emitting 2 ms after it."
@@ -107,17 +109,17 @@ def test_virtual_time_says_nothing_of_lateness(writer: StudyWriter) -> None:
 
 def test_a_table_without_any_timing_has_no_figure(tmp_path: Path) -> None:
     trials = read(tmp_path, ["a,inner,felt", "a,outer,not_felt"], "participant,clothing,response")
-    assert draw_timing(results_of(trials)) is None
+    results = analyse(trials, only=["timing"])
+    assert list(TIMING.figures(results[TIMING], results)) == []
     assert [times.note for times in onset_times(trials)] == ["not recorded"] * 4
     assert all(count.total is None for count in disturbances(trials))
-    assert timing_sentences(trials) == ("Onset lateness was not recorded.",)
+    assert timing_sentences(timing(trials)) == ("Onset lateness was not recorded.",)
 
 
 def test_the_figure_shows_every_onset_and_every_response_time(tmp_path: Path) -> None:
-    results = results_of(read(tmp_path))
+    trials = read(tmp_path)
     with figure_style():
-        figure = draw_timing(results)
-    assert figure is not None
+        figure = draw_timing(timing(trials), trials)
     lateness, times, medians = figure.axes
     steps = np.asarray(lateness.get_lines()[0].get_xdata(), dtype=float)
     assert sorted(set(steps)) == pytest.approx([0.1, 0.2, 0.4, 1.0, 1.1, 30])
