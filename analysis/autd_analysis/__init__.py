@@ -1,7 +1,7 @@
 """From trials to numbers, tables, figures and a report.
 
 >>> import autd_analysis as aa
->>> study = aa.read_study("data/example")
+>>> study = aa.read_study("chest")
 >>> results = aa.analyse(study, only=["rates", "comparisons"])
 >>> rates = results.rates.to_frame()
 >>> list(rates.columns[:3])

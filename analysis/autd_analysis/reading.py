@@ -34,7 +34,7 @@ def read_table(
     file: str | PathLike[str],
     columns: Mapping[str, str] | None = None,
     levels: Mapping[str, Sequence[str]] | None = None,
-    compare: Iterable[tuple[str, str, str] | tuple[str, str, str, str]] = (),
+    compare: Iterable[Sequence[str]] = (),
 ) -> Trials:
     """Read the trials of any table of answers.
 

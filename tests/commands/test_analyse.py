@@ -100,6 +100,41 @@ def test_the_report_says_how_to_make_it_again(run: Run, table: Path) -> None:
     assert f"{command} --without models" in report
 
 
+def test_an_error_of_ours_in_one_subject_is_told_by_the_exit_code(
+    run: Run, table: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(_trials: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    command = ("analyse", table, "--columns", COLUMNS, "--only", "rates,order")
+    folder = table.with_name("trials-analysis")
+    with monkeypatch.context() as patch:
+        patch.setattr("autd_analysis.order.order_effects", failing)
+        result = run(*command)
+    assert result.code == 1
+    assert "order: an error of this program (ZeroDivisionError: division by zero)" in result.err
+    assert "Traceback" not in result.err + result.out
+    assert "Detection rate" in result.out
+    assert (folder / "rates.tsv").exists()
+    assert "in failing" in (folder / "error-order.txt").read_text()
+    assert run(*command).code == 0
+    assert not (folder / "error-order.txt").exists()
+
+
+def test_subjects_are_chosen(run: Run, table: Path) -> None:
+    result = run("analyse", table, "--columns", COLUMNS, "--only", "rates,models", "--without", "models")
+    assert result.code == 0
+    folder = table.with_name("trials-analysis")
+    assert {file.stem for file in folder.glob("*.tsv")} == {
+        "rates", "rates_by_participant", "false_alarms", "false_alarms_by_participant",
+    }  # fmt: skip
+    assert "--only rates,models --without models" in (folder / "report.html").read_text()
+    refused = run("analyse", table, "--columns", COLUMNS, "--only", "pooled")
+    assert refused.code == 2
+    assert "there is no subject 'pooled'" in refused.err
+    assert "sensitivity" in refused.err
+
+
 def test_nothing_there_is_told(run: Run, tmp_path: Path) -> None:
     result = run("analyse", tmp_path / "none.csv", "--columns", COLUMNS)
     assert result.code == 2

@@ -8,12 +8,8 @@ from autd_analysis.comparisons.tables import COMPARISONS as COMPARISONS_TABLE
 from autd_analysis.comparisons.tables import DIFFERENCES
 from autd_analysis.comparisons.words import DEFINITIONS, words
 from autd_analysis.data.trials import Trials
-from autd_analysis.rates import RATES
+from autd_analysis.rates import RATES, STEERED
 from autd_analysis.subject import NotApplicable, Others, Subject
-
-STEERED = NotApplicable(
-    "an adaptive method steered towards the same rate everywhere; thresholds are compared"
-)
 
 
 def _compute(trials: Trials, results: Others) -> Sequence[ComparisonResult] | NotApplicable:

@@ -1,11 +1,10 @@
 """d' and criterion, where there are catch trials."""
 
-from autd_analysis.comparisons import STEERED
 from autd_analysis.data.trials import Trials
 from autd_analysis.detectability.numbers import DetectabilityResults, detectability_results
 from autd_analysis.detectability.tables import BY_PARTICIPANT, OVER_PARTICIPANTS
 from autd_analysis.detectability.words import DEFINITIONS, words
-from autd_analysis.rates import RATES
+from autd_analysis.rates import RATES, STEERED
 from autd_analysis.subject import NotApplicable, Others, Subject
 
 

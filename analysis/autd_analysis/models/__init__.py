@@ -4,13 +4,13 @@ from autd_analysis.data.trials import Trials
 from autd_analysis.models.cell_model import Models, all_models
 from autd_analysis.models.tables import EFFECTS, FIT, MEANS
 from autd_analysis.models.words import DEFINITIONS
-from autd_analysis.rates import RATES
+from autd_analysis.rates import RATES, STEERED
 from autd_analysis.subject import NotApplicable, Others, Subject
 
 
 def _compute(trials: Trials, results: Others) -> Models | NotApplicable:
     if trials.design.method is not None:
-        return NotApplicable("an adaptive method steered towards the same rate everywhere")
+        return STEERED
     return all_models(results[RATES].participants, trials.design)
 
 

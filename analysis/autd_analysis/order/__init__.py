@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-from autd_analysis.comparisons import STEERED
 from autd_analysis.data.trials import Trials
 from autd_analysis.order.numbers import OrderEffect, order_effects
 from autd_analysis.order.tables import ORDER_EFFECTS
 from autd_analysis.order.words import DEFINITIONS, words
+from autd_analysis.rates import STEERED
 from autd_analysis.subject import NotApplicable, Others, Subject
 
 

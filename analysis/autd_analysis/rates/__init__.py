@@ -5,7 +5,7 @@ from autd_analysis.rates.numbers import Rates, all_rates
 from autd_analysis.rates.tables import FALSE_ALARMS, FALSE_ALARMS_BY_PARTICIPANT, RATES_BY_PARTICIPANT
 from autd_analysis.rates.tables import RATES as RATES_TABLE
 from autd_analysis.rates.words import DEFINITIONS, words
-from autd_analysis.subject import Subject
+from autd_analysis.subject import NotApplicable, Subject
 
 RATES = Subject[Rates](
     name="rates",
@@ -17,3 +17,8 @@ RATES = Subject[Rates](
     figures=figures,
     plot=draw_rates_on,
 )
+
+STEERED = NotApplicable(
+    "an adaptive method steered towards the same rate everywhere, so thresholds are compared"
+)
+"""Why nothing is found by rates where an adaptive method chose the levels."""
