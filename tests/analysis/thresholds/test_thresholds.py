@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,11 +13,12 @@ from autd_analysis.data.trials import Trials, read_trials
 from autd_analysis.detectability import DETECTABILITY
 from autd_analysis.interactions import INTERACTIONS
 from autd_analysis.models import MODELS
-from autd_analysis.sensitivity import SENSITIVITY
 from autd_analysis.order import ORDER
 from autd_analysis.report.writing import write_results
 from autd_analysis.results import Results
+from autd_analysis.sensitivity import SENSITIVITY
 from autd_analysis.study import analyse
+from autd_analysis.subject import Subject
 from autd_analysis.thresholds import THRESHOLDS
 from autd_analysis.thresholds.comparisons import compared_thresholds
 from autd_analysis.thresholds.numbers import Threshold, over_participants, thresholds
@@ -138,7 +140,8 @@ def test_simulated_peoples_thresholds_are_found(study: Path, results: Results) -
 
 
 def test_the_studys_rates_are_not_compared_and_it_says_why(results: Results) -> None:
-    for subject in (COMPARISONS, INTERACTIONS, ORDER, DETECTABILITY, MODELS, SENSITIVITY):
+    without: tuple[Subject[Any], ...] = (COMPARISONS, INTERACTIONS, ORDER, DETECTABILITY, MODELS, SENSITIVITY)
+    for subject in without:
         assert results.get(subject) is None
         assert "adaptive method" in getattr(results, subject.name).summary
     assert any("compare thresholds, not rates" in warning for warning in results.remarks)
