@@ -11,7 +11,7 @@ from autd_trials.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from autd_analysis.study import Results
+    from autd_analysis.results import Results
 
     from autd_trials.protocol.schema import Comparison
 
@@ -45,10 +45,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of a table: two levels, at each level of another factor; may be repeated",
     )
     parser.add_argument(
-        "--pooled",
-        action="store_true",
-        help="also make tests that pool answers over participants; they are wrong where people differ",
+        "--only",
+        type=_subjects,
+        metavar="SUBJECT,...",
+        help="these subjects alone: rates, comparisons, interactions, detectability, order, models, "
+        "sensitivity, thresholds, psychometric, timing",
     )
+    parser.add_argument("--without", type=_subjects, metavar="SUBJECT,...", help="all subjects but these")
     parser.add_argument(
         "--out", type=Path, help="where results go (STUDY/derivatives/analysis, TABLE-analysis)"
     )
@@ -57,23 +60,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Analyse the study and write the results."""
-    from autd_analysis.output import results_json, write_results
-    from autd_analysis.summary import plain_words
+    from autd_analysis.report.summary import plain_words
+    from autd_analysis.report.writing import results_json, write_results
 
     results, folder = _analyse(options)
-    write_results(results, folder)
+    results = write_results(results, folder).results
     if options.json:
         print_json(results_json(results))
     else:
         print_text(plain_words(results))
     say(f"report, figures and tables: {folder}")
-    return 0
+    for subject, failed in results.failures.items():
+        say(f"{subject}: {failed.cause}")
+    return 1 if results.failures else 0
 
 
 def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
     """Return the results and the folder where they go."""
-    from autd_analysis.any_table import TableRequest, read_any_table
-    from autd_analysis.study import analyse, results_of
+    from autd_analysis.data.any_table import TableRequest, read_any_table
+    from autd_analysis.study import analyse
 
     from autd_trials.records.layout import analysis_folder
 
@@ -87,7 +92,7 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
         folder = Path(f"{options.study.stem}-analysis")
         if options.study.parent.name != "beh":  # a data set's own folders are no place for results
             folder = options.study.with_name(folder.name)
-        return results_of(trials, pooled=options.pooled), options.out or folder
+        return analyse(trials, options.only, options.without), options.out or folder
     if not options.study.exists():
         raise UsageError(
             "there is no such file or folder",
@@ -100,10 +105,14 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
             where=str(options.study),
             do="leave them out, or give a CSV or TSV file",
         )
-    results = analyse(options.study, pooled=options.pooled)
+    results = analyse(options.study, options.only, options.without)
     say(f"data set: {options.study}")
     say_of_records(options.study, results.trials.problems)
     return results, options.out or analysis_folder(options.study)
+
+
+def _subjects(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def _columns(text: str) -> dict[str, list[str]]:
