@@ -14,6 +14,7 @@ from autd_analysis.style import FORMATS
 from autd_analysis.tables.all_tables import result_tables
 from autd_analysis.tables.table import ResultTable
 from autd_trials.errors import DeviceError
+from autd_trials.neutral import markdown
 from autd_trials.protocol.schema import Study
 from autd_trials.records.disk import json_text, replace_text
 from autd_trials.tables import tsv
@@ -48,7 +49,7 @@ def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMA
     tables = result_tables(results)
     texts = {f"{table.name}.tsv": tsv(table.columns, table.rows) for table in tables} | {
         "results.json": json_text(results_json(results)),
-        "README.md": _readme(results, tables),
+        "README.md": markdown(_readme(results, tables)),
     }
     if results.trials.design.study is not None:
         texts["dataset_description.json"] = json_text(

@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
-from autd_analysis.any_table import TableRequest, read_any_table
+from autd_analysis.any_table import read_any_table
 from autd_analysis.study import results_of
 from autd_analysis.summary import plain_words
+from autd_analysis.table_request import TableRequest
 from autd_analysis.tables.all_tables import result_tables
 from autd_analysis.trials import Trials
 
@@ -42,7 +43,7 @@ def read(
 ) -> Trials:
     path = tmp_path / name
     path.write_text("\n".join([header, *rows]) + "\n")
-    return read_any_table(path, TableRequest(columns, levels or {}, comparisons))
+    return read_any_table([path], TableRequest(columns, levels or {}, comparisons))
 
 
 def test_rates_and_comparisons_are_those_of_the_table(tmp_path: Path) -> None:
@@ -165,7 +166,7 @@ def test_trials_that_are_there_twice_are_told(tmp_path: Path) -> None:
 
 def test_a_missing_table_is_told(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="the table cannot be read"):
-        read_any_table(tmp_path / "none.csv", TableRequest(COLUMNS))
+        read_any_table([tmp_path / "none.csv"], TableRequest(COLUMNS))
 
 
 def test_what_is_not_read_is_said(tmp_path: Path) -> None:
@@ -184,8 +185,8 @@ def test_the_same_number_written_otherwise_is_the_same_level(tmp_path: Path) -> 
 def test_names_that_differ_only_in_case_are_said(tmp_path: Path) -> None:
     rows = [*lines(), *(line.replace("p1", "P1").replace("inner", "Inner") for line in lines())]
     warnings = read(tmp_path, rows).warnings
-    assert "participants that differ only in case: P1, p1; are they one?" in warnings
-    assert "levels of clothing that differ only in case: Inner, inner; are they one?" in warnings
+    assert "participants that look alike: P1, p1; are they one?" in warnings
+    assert "levels of clothing that look alike: Inner, inner; are they one?" in warnings
 
 
 def test_uneven_numbers_of_trials_are_said(tmp_path: Path) -> None:
@@ -281,7 +282,7 @@ def test_what_was_not_compared_is_said_with_how_to_ask(tmp_path: Path) -> None:
 
 def test_bids_events_need_only_the_factors_to_be_named(chest: StudyWriter) -> None:
     (table,) = chest.folder.glob("sub-03/*/beh/*_events.tsv")
-    trials = read_any_table(table, TableRequest({"clothing": "clothing", "modulation_hz": "modulation_hz"}))
+    trials = read_any_table([table], TableRequest({"clothing": "clothing", "modulation_hz": "modulation_hz"}))
     assert trials.participants == ("03",)
     assert trials.table["session"].unique().tolist() == ["01"]
     assert int(trials.table["felt"].sum()) == sum(CHEST_COUNTS[2])
@@ -291,7 +292,7 @@ def test_bids_events_need_only_the_factors_to_be_named(chest: StudyWriter) -> No
 def test_bids_events_without_a_factor_are_told_what_there_is(chest: StudyWriter) -> None:
     (table,) = chest.folder.glob("sub-03/*/beh/*_events.tsv")
     with pytest.raises(UsageError, match=r"other columns are .*modulation_hz, clothing"):
-        read_any_table(table, TableRequest({}))
+        read_any_table([table], TableRequest({}))
 
 
 def test_a_mixture_of_people_and_programs_is_said(tmp_path: Path) -> None:

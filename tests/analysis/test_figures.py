@@ -5,10 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
-from autd_analysis.any_table import TableRequest, read_any_table
+from autd_analysis.any_table import read_any_table
 from autd_analysis.figures import draw_figure
 from autd_analysis.study import Results, results_of
 from autd_analysis.style import figure_style
+from autd_analysis.table_request import TableRequest
 from autd_analysis.timing_figure import draw_timing
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -50,7 +51,7 @@ def results(
         {name: tuple(map(str, each)) for name, each in levels.items()},
         (comparison,),
     )
-    return results_of(read_any_table(path, request))
+    return results_of(read_any_table([path], request))
 
 
 def words(figure: Figure) -> Iterator[tuple[str, Bbox]]:

@@ -9,9 +9,10 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from autd_analysis.any_table import TableRequest, read_any_table
+from autd_analysis.any_table import read_any_table
 from autd_analysis.output import write_results
 from autd_analysis.study import Results, analyse, results_of
+from autd_analysis.table_request import TableRequest
 from autd_analysis.tables.all_tables import result_tables
 
 from autd_trials.protocol.schema import Comparison, Level
@@ -175,7 +176,7 @@ def test_what_people_write_is_shown_and_never_run(tmp_path: Path) -> None:
     path.write_text("\n".join(["who,felt,what,rt", *rows]) + "\n")
     columns = {"participant": "who", "response": "felt", "what": "what", "response_time": "rt"}
     comparison = Comparison.model_construct(factor="what", first=HOSTILE, second="plain", at_each=None)
-    results = results_of(read_any_table(path, TableRequest(columns, comparisons=(comparison,))))
+    results = results_of(read_any_table([path], TableRequest(columns, comparisons=(comparison,))))
     page = written(results, tmp_path / "out").page
     assert page.tags["script"] == page.tags["b"] == 0
     assert HOSTILE in page.words
