@@ -13,6 +13,7 @@ from autd_analysis.models.other_models import OtherEstimate, other_estimates
 from autd_analysis.order_effects import OrderEffect, order_effects
 from autd_analysis.pooled import WARNING as POOLED_WARNING
 from autd_analysis.pooled import PooledTests, pooled_tests
+from autd_analysis.psychometric.options import DEFAULT, PsychometricOptions
 from autd_analysis.psychometric.results import PsychometricResults, all_psychometric_results
 from autd_analysis.rates import (
     ConditionRate,
@@ -103,7 +104,7 @@ class Results:
         return self.trials.simulated
 
 
-def analyse(study: Path, *, pooled: bool = False) -> Results:
+def analyse(study: Path, *, pooled: bool = False, psychometric: PsychometricOptions = DEFAULT) -> Results:
     """Analyse a study.
 
     Parameters
@@ -112,6 +113,8 @@ def analyse(study: Path, *, pooled: bool = False) -> Results:
         The study's folder.
     pooled
         Whether to make the pooled tests too, which are wrong where people differ.
+    psychometric
+        The form of psychometric functions, and how their guess and lapse rates are found.
 
     Returns
     -------
@@ -123,10 +126,12 @@ def analyse(study: Path, *, pooled: bool = False) -> Results:
     UsageError
         As `autd_analysis.trials.read_trials`.
     """
-    return results_of(read_trials(study), pooled=pooled)
+    return results_of(read_trials(study), pooled=pooled, psychometric=psychometric)
 
 
-def results_of(trials: Trials, *, pooled: bool = False) -> Results:
+def results_of(
+    trials: Trials, *, pooled: bool = False, psychometric: PsychometricOptions = DEFAULT
+) -> Results:
     """Return all results of trials that were read."""
     rates = detection_rates(trials)
     conditions = over_participants(rates)
@@ -149,7 +154,7 @@ def results_of(trials: Trials, *, pooled: bool = False) -> Results:
         cell_models=() if steered else cell_models(rates, trials.design),
         other_estimates=() if steered else other_estimates(rates, trials.design),
         condition_logits=() if steered else condition_logits(conditions),
-        psychometric=all_psychometric_results(trials),
+        psychometric=all_psychometric_results(trials, psychometric),
         pooled=pooled_tests(rates, comparisons) if pooled else None,
         thresholds=found,
         threshold_comparisons=compared_thresholds(found, trials.design),
