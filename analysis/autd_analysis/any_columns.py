@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
-from autd_analysis.any_words import ANSWERS
+from autd_analysis.any_words import ANSWERS, TRIAL_TYPES
 from autd_analysis.design import refuse_reserved
 from autd_analysis.table_request import TableRequest, columns_option, words_option
 from autd_analysis.trial_table import TABLE_SUFFIX
@@ -47,6 +47,7 @@ _ALIKE = {
         "subjid sub subid vp vpn vpnr vpcode versuchsperson pid id who person observer proband "
         "respondent"
     ),
+    "session": "session sess sessionid sessionnr sitzung day visit",
     "response": (
         "response answer felt correct iscorrect resp detected accuracy acc antwort reaction "
         "hit perceived seen heard yes keyrespcorr stimulusacc stimacc"
@@ -55,6 +56,7 @@ _ALIKE = {
 """What columns of participants and answers are often called, in small letters without signs."""
 
 _MOST_FACTOR_LEVELS = 30
+_MOST_FACTORS = 3
 
 
 def refuse_nonsense(request: TableRequest) -> None:
@@ -138,26 +140,38 @@ def require_columns(
     names_tell
         Whether participants are known from the files' names.
     """
-    if "participant" not in columns and request.participant is None:
-        if not names_tell:
-            raise _missing("no column is named for participant", table, columns)
+
+    def missing(what: str, *, ask_participant: bool, otherwise: str = "") -> UsageError:
+        found = suggested(table, columns, ask_participant=ask_participant)
+        typed = {
+            name: theirs for name, theirs in found.items() if name in request.columns or name not in columns
+        }
+        return UsageError(
+            f"{what}; the columns are {', '.join(table.header)}",
+            where=str(table.path),
+            do=f"say what they are, perhaps {columns_option(typed)}{otherwise}",
+        )
+
+    unknown = request.participant is None and not names_tell
+    if "participant" not in columns and unknown:
+        raise missing("no column is named for participant", ask_participant=True)
+    if "participant" not in columns and names_tell and not is_bids(table.path):
         looks = next((name for name in table.header if _is_alike(name, "participant")), None)
         if looks is not None and looks not in request.ignore and looks not in columns.values():
-            raise _missing(
+            raise missing(
                 f"participants would be taken from the files' names, but there is a column {looks}",
-                table,
-                columns,
-                f", or {words_option('--ignore', [*request.ignore, looks])} to take the names",
+                ask_participant=True,
+                otherwise=f", or {words_option('--ignore', [*request.ignore, looks])} to take the names",
             )
     counted = [name for name in COUNTS if name in columns]
     if "response" not in columns and len(counted) < len(COUNTS):
-        missing = next((name for name in COUNTS if name not in counted), "response")
-        raise _missing(f"no column is named for {missing if counted else 'response'}", table, columns)
+        first = next((name for name in COUNTS if name not in counted), "response")
+        raise missing(f"no column is named for {first if counted else 'response'}", ask_participant=unknown)
     if all(name in KNOWN for name in columns):
-        raise _missing("no factor is named", table, columns)
+        raise missing("no factor is named", ask_participant=unknown)
 
 
-def suggested(table: Table, columns: Mapping[str, str]) -> dict[str, str]:
+def suggested(table: Table, columns: Mapping[str, str], *, ask_participant: bool = True) -> dict[str, str]:
     """Return columns under our names with which a table can be read, as far as their names and cells tell.
 
     Parameters
@@ -166,9 +180,12 @@ def suggested(table: Table, columns: Mapping[str, str]) -> dict[str, str]:
         The table.
     columns
         Those that were named; they stay.
+    ask_participant
+        Whether participants must have a column.
     """
     found = dict(columns)
     free = [name for name in table.header if name not in found.values()]
+    words = {name: set(map(str.lower, table.column(name))) - FOREIGN_MISSING_WORDS for name in free}
 
     def take(ours: str, fits: Callable[[str], bool]) -> None:
         theirs = next(filter(fits, free), None)
@@ -176,28 +193,27 @@ def suggested(table: Table, columns: Mapping[str, str]) -> dict[str, str]:
             found[ours] = theirs
             free.remove(theirs)
 
-    words = {name: set(map(str.lower, table.column(name))) - FOREIGN_MISSING_WORDS for name in free}
-    counts = [name for name in COUNTS if name in found]
-    if counts:
-        for name in COUNTS:
-            take(name, lambda theirs: words[theirs] != set() and all(map(_is_count, words[theirs])))
-    take("participant", lambda theirs: _is_alike(theirs, "participant"))
-    if not counts:
+    counted = any(name in found for name in COUNTS)
+    if ask_participant:
+        take("participant", lambda theirs: _is_alike(theirs, "participant"))
+    for name in COUNTS if counted else ():
+        take(name, lambda theirs: words[theirs] != set() and all(map(_is_count, words[theirs])))
+    if not counted:
         take("response", lambda theirs: _is_alike(theirs, "response") and _are_answers(words[theirs]))
         take("response", lambda theirs: _are_answers(words[theirs]))
         take("response", lambda theirs: _is_alike(theirs, "response"))
-    take("participant", lambda theirs: len(words[theirs]) > 1)
-    if not counts:
+    if ask_participant:
+        take("participant", lambda theirs: len(words[theirs]) > 1)
+    if not counted:
         take("response", lambda theirs: len(words[theirs]) == 2)  # such as left and right
-    for fits in (_is_telling, lambda _: True):
-        theirs = next(
-            (name for name in free if 1 < len(words[name]) <= _MOST_FACTOR_LEVELS and fits(name)), None
-        )
-        if theirs is not None and all(name in KNOWN for name in found):
-            found[free_name(theirs)] = theirs
-    if free and all(name in KNOWN for name in found):
-        theirs = next((name for name in free if words[name]), free[0])
-        found[free_name(theirs)] = theirs
+    if all(name in KNOWN for name in found):
+        take("session", lambda theirs: _is_alike(theirs, "session"))
+        take("trial_type", lambda theirs: words[theirs] != set() and words[theirs] <= TRIAL_TYPES.keys())
+        some = [name for name in free if words[name]] or free
+        several = [name for name in some if 1 < len(words[name]) <= _MOST_FACTOR_LEVELS]
+        telling = [name for name in several if _is_telling(name)]
+        for name in telling[:_MOST_FACTORS] or (several or some)[:1]:
+            found[free_name(name)] = name
     return found
 
 
@@ -239,14 +255,6 @@ def bare_stem(path: Path) -> str:
     return _ENDINGS.sub("", path.name) or path.name
 
 
-def _missing(what: str, table: Table, columns: Mapping[str, str], otherwise: str = "") -> UsageError:
-    return UsageError(
-        f"{what}; the columns are {', '.join(table.header)}",
-        where=str(table.path),
-        do=f"say what they are, perhaps {columns_option(suggested(table, columns))}{otherwise}",
-    )
-
-
 def _unknown(table: Table, request: TableRequest, unknown: Sequence[str]) -> UsageError:
     free = [name for name in table.header if name not in request.columns.values()]
     ignored = [name for name in request.ignore if name in unknown]
@@ -254,7 +262,9 @@ def _unknown(table: Table, request: TableRequest, unknown: Sequence[str]) -> Usa
         others = [name for name in request.ignore if name not in unknown]
         close = _closest(ignored[0], free)
         advice = (
-            f"ignore others, perhaps {words_option('--ignore', [*others, close])}" if close else "ignore none"
+            f"ignore others, perhaps {words_option('--ignore', [*others, close])}"
+            if close
+            else "take it out of --ignore"
         )
     else:
         columns = {ours: theirs for ours, theirs in request.columns.items() if theirs not in unknown}
@@ -264,7 +274,8 @@ def _unknown(table: Table, request: TableRequest, unknown: Sequence[str]) -> Usa
                 free.remove(close)
         advice = f"name others, perhaps {columns_option(suggested(table, columns))}"
     return UsageError(
-        f"there is no column {', '.join(map(repr, unknown))}; the columns are {', '.join(table.header)}",
+        f"there is no column {', '.join(map(repr, ignored or unknown))}"
+        f"{' to ignore (--ignore)' if ignored else ''}; the columns are {', '.join(table.header)}",
         where=table.where_header,
         do=advice,
     )
@@ -295,4 +306,6 @@ def _is_count(word: str) -> bool:
 
 def _is_telling(name: str) -> bool:
     """Return whether a column's name does not say that it is something else than a factor."""
-    return name not in KNOWN and not re.search(r"^(n|nr|no)$|trial|index|time|rt$|date|order", _key(name))
+    return name not in RESERVED_NAMES and not re.search(
+        r"^(n|nr|no)$|trial|index|time|rt$|date|order", _key(name)
+    )

@@ -121,7 +121,7 @@ def checked_comparisons(
             raise UsageError(
                 f"{level_text(comparison.first)} and {level_text(comparison.second)} are not two levels of "
                 f"{factor.name}, which are {spelled(factor.levels)}",
-                where=where,
+                where="--compare",
                 do=f"compare two of them, as in {comparison_option(two)}"
                 if several
                 else f"there is one level of {factor.name} only: leave --compare out",

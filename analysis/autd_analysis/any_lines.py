@@ -114,9 +114,7 @@ def _cell(line: Line, name: str, value: str, lines: Sequence[Line], option: str)
             None,
         )
         advice = (
-            f"name one of them, perhaps {choice_option(option, (like, value))}"
-            if like
-            else "name one of them"
+            f"name one of them, perhaps {choice_option(option, like, value)}" if like else "name one of them"
         )
         raise UsageError(
             f"{option} names {name}, which is no column; the columns are {', '.join(names)}",
@@ -131,5 +129,5 @@ def _never(name: str, value: str, lines: Sequence[Line], option: str) -> UsageEr
     return UsageError(
         f"{name} is nowhere {value}; it is {few(found)}",
         where=option,
-        do=f"say one of these, perhaps {choice_option(option, (name, found[-1]))}",
+        do=f"say one of these, perhaps {choice_option(option, name, found[-1])}",
     )

@@ -109,7 +109,7 @@ def of_catch_trials(
         if not catch and len(sizes) > 2 and min(sizes) == 0:
             yield (
                 f"if nothing was presented where {factor.name} is 0, these are catch trials: "
-                f"{choice_option('--catch', (factor.name, '0'))}"
+                f"{choice_option('--catch', factor.name, '0')}"
             )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from autd_analysis.any_words import SPREADSHEET_ERROR, is_missing
+from autd_analysis.any_words import SPREADSHEET_ERROR, TRIAL_STATUS, is_missing
 from autd_analysis.table_request import choice_option
 from autd_analysis.trial_table import TrialRow, trial_timing
 from autd_trials.errors import UsageError
@@ -11,7 +11,6 @@ from autd_trials.protocol.schema import Level
 from autd_trials.tables import FOREIGN_MISSING_WORDS, number
 
 _SIMULATED = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
-_STATUS = {"complete": "complete", "completed": "complete", "interrupted": "interrupted"}
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ class Line:
 
     def excluding(self, name: str) -> str:
         """Return what is typed to leave this line out, and those like it."""
-        return choice_option("--exclude", (name, self.cells[name] or "n/a"))
+        return choice_option("--exclude", name, self.cells[name] or "n/a")
 
 
 @dataclass(frozen=True)
@@ -86,13 +85,6 @@ def trial_row(line: Line, count: int, meaning: Meaning) -> TrialRow:
     """
     cells = line.cells
     trial_type = meaning.trial_types[cells["trial_type"]]
-    status = cells.get("trial_status") or "complete"
-    if status.lower() not in _STATUS:
-        raise UsageError(
-            f"trial_status is {status!r}",
-            where=line.where,
-            do=f"write complete or interrupted, or leave such lines out: {line.excluding('trial_status')}",
-        )
     if is_missing(cells["participant"]):
         raise UsageError(
             "the participant is missing",
@@ -106,7 +98,7 @@ def trial_row(line: Line, count: int, meaning: Meaning) -> TrialRow:
         trial=_count("trial", line, default=count),
         attempt=1,
         trial_type=trial_type,
-        trial_status=_STATUS[status.lower()],
+        trial_status=TRIAL_STATUS[cells["trial_status"].lower()],
         felt=meaning.answers[cells["response"]],
         response_time_s=_response_time_s(line),
         levels={name: _level(name, line, trial_type, of) for name, of in meaning.levels.items()},

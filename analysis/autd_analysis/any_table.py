@@ -44,6 +44,7 @@ from autd_analysis.any_remarks import (
 )
 from autd_analysis.any_row import Line, Meaning, is_simulated, trial_row
 from autd_analysis.any_words import (
+    TRIAL_STATUS,
     TRIAL_TYPES,
     answers,
     few,
@@ -72,6 +73,9 @@ from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison
 from autd_trials.tables import Table, level_text, number
 from autd_trials.tables import read_table as read_text
+
+_UNSAID = {"trial_type": "stimulus", "trial_status": "complete"}
+"""What holds of trials where no column says it."""
 
 Typed = str | Sequence[str]
 Chosen = Typed | Mapping[str, object]
@@ -213,6 +217,7 @@ def read_any_table(paths: Sequence[Path], request: TableRequest) -> Trials:
     if not lines:
         raise UsageError("no line is left to be a trial", where=where, do="exclude fewer lines")
     types = _trial_types(lines)
+    _refuse_status(lines, request)
     levels = {name: levels_of(list(dict.fromkeys(line.cells[name] for line in lines))) for name in names}
     factors = tuple(study_factor(name, lines, types, levels[name], request, where) for name in names)
     refuse_too_many(factors, where, request)
@@ -298,7 +303,7 @@ def _known_otherwise(
     path: Path, file: int, labels: Sequence[str] | None, request: TableRequest
 ) -> dict[str, str]:
     """Return cells that a file's name, or what was asked for, says of all its lines."""
-    known = {"session": _session(path) or "", "trial_type": "stimulus", "response": ""}
+    known = {"session": _session(path) or "", "response": "", **_UNSAID}
     if request.participant is not None:
         known["participant"] = request.participant
     elif labels is not None:
@@ -326,9 +331,28 @@ def _trial_types(lines: Sequence[Line]) -> dict[str, str]:
             f"trial_type is {', '.join(map(repr, unknown[:5]))}",
             where=first.where,
             do="write stimulus, catch or practice, or say which is that of catch trials: "
-            f"{choice_option('--catch', ('trial_type', catch))}",
+            f"{choice_option('--catch', 'trial_type', catch)}",
         )
     return types
+
+
+def _refuse_status(lines: Sequence[Line], request: TableRequest) -> None:
+    """Raise UsageError if a word for the status of a trial is not understood."""
+    found = dict.fromkeys(line.cells["trial_status"] for line in lines)
+    unknown = [word for word in found if word.lower() not in TRIAL_STATUS]
+    if unknown:
+        rest = {ours: theirs for ours, theirs in request.columns.items() if ours != "trial_status"}
+        first = next(line for line in lines if line.cells["trial_status"] in unknown)
+        raise UsageError(
+            f"trial_status is {few([repr(word) for word in unknown])}",
+            where=first.where,
+            do="write complete or interrupted, or leave it out: "
+            + (
+                columns_option(rest)
+                if len(unknown) == len(found)
+                else choice_option("--exclude", "trial_status", *unknown)
+            ),
+        )
 
 
 def _answers(lines: Sequence[Line], request: TableRequest) -> dict[str, bool | None]:

@@ -30,6 +30,12 @@ TRIAL_TYPES = {
 }
 """What words for the type of a trial mean, in small letters."""
 
+TRIAL_STATUS = {
+    **dict.fromkeys((*MISSING_WORDS, "complete", "completed"), "complete"),
+    "interrupted": "interrupted",
+}
+"""What words for the status of a trial mean, in small letters."""
+
 SPREADSHEET_ERROR = re.compile(r"#[A-Z\u00c4\u00d6\u00dc/0-9_]+[!?]", re.IGNORECASE)
 """What a spreadsheet writes where it cannot compute a cell."""
 

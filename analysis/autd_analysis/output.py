@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from autd_analysis.all_figures import save_figures
+from autd_analysis.all_trials import ABOUT, trial_columns, trials_sidecar, trials_tsv
 from autd_analysis.methods import METHODS
 from autd_analysis.report.page import report_page
 from autd_analysis.report.provenance import input_hashes, software_versions
@@ -17,7 +18,7 @@ from autd_trials.errors import DeviceError
 from autd_trials.neutral import markdown
 from autd_trials.protocol.schema import Study
 from autd_trials.records.disk import json_text, replace_text
-from autd_trials.tables import tsv
+from autd_trials.tables import Column, tsv
 
 REPORT = "report.html"
 _BIDS_VERSION = "1.10.0"
@@ -48,6 +49,8 @@ def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMA
     """
     tables = result_tables(results)
     texts = {f"{table.name}.tsv": tsv(table.columns, table.rows) for table in tables} | {
+        "trials.tsv": trials_tsv(results.trials),
+        "trials.json": json_text(trials_sidecar(results.trials)),
         "results.json": json_text(results_json(results)),
         "README.md": markdown(_readme(results, tables)),
     }
@@ -129,11 +132,15 @@ def _readme(results: Results, tables: Sequence[ResultTable]) -> str:
     origin = "SIMULATED PARTICIPANTS: these are no data about people.\n\n" if results.simulated else ""
     warnings = "".join(f"- {warning}\n" for warning in results.warnings) or "None.\n"
     methods = "".join(f"- {method}\n" for method in METHODS.values())
+    all_tables: list[tuple[str, str, Sequence[Column[Any]]]] = [
+        ("trials", ABOUT, trial_columns(results.trials)),
+        *((table.name, table.about, table.columns) for table in tables),
+    ]
     described = "".join(
-        f"### {table.name}.tsv\n\n{table.about}\n\n"
-        + "".join(f"- `{column.name}`: {column.description}\n" for column in table.columns)
+        f"### {name}.tsv\n\n{about}\n\n"
+        + "".join(f"- `{column.name}`: {column.description}\n" for column in columns)
         + "\n"
-        for table in tables
+        for name, about, columns in all_tables
     )
     return (
         f"{origin}# {results.trials.design.protocol}: results\n\n"

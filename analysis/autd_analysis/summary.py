@@ -1,6 +1,5 @@
 """A short reading of the results for the terminal."""
 
-import shlex
 from collections.abc import Iterator, Sequence
 
 from autd_analysis.comparisons import ComparisonResult
@@ -8,6 +7,7 @@ from autd_analysis.design import describe_condition
 from autd_analysis.order_effects import OrderEffect
 from autd_analysis.rates import ConditionRate
 from autd_analysis.study import Results
+from autd_analysis.table_request import comparison_option
 from autd_analysis.threshold_words import threshold_lines
 from autd_analysis.wording import (
     compared_label,
@@ -17,7 +17,7 @@ from autd_analysis.wording import (
     format_rate,
     p_equals,
 )
-from autd_trials.tables import level_text
+from autd_trials.protocol.schema import Comparison
 
 
 def plain_words(results: Results) -> str:
@@ -93,10 +93,10 @@ def _nothing_compared(results: Results) -> Iterator[str]:
     design = results.trials.design
     compared = next((factor for factor in design.factors if len(factor.levels) > 1), None)
     if compared is not None:
-        first, second = map(level_text, compared.levels[:2])
-        other = next((f"@{factor.name}" for factor in design.factors if factor != compared), "")
-        example = shlex.quote(f"{compared.name}={first},{second}{other}")
-        yield f"To compare two levels of a factor within participants: --compare {example}"
+        first, second = compared.levels[:2]
+        other = next((factor.name for factor in design.factors if factor != compared), None)
+        example = Comparison.model_construct(factor=compared.name, first=first, second=second, at_each=other)
+        yield f"To compare two levels of a factor within participants: {comparison_option(example)}"
     else:
         yield "There is one condition only."
 

@@ -147,10 +147,9 @@ def comparison_option(comparison: Comparison) -> str:
     return f"--compare {shlex.quote(f'{comparison.factor}={levels}{at}')}"
 
 
-def choice_option(option: str, choice: Choice) -> str:
-    """Return what is typed for one of `TableRequest.catch` or `TableRequest.exclude`."""
-    name, value = choice
-    return f"{option} {shlex.quote(f'{name}={_listed([value])}')}"
+def choice_option(option: str, name: str, *values: str) -> str:
+    """Return what is typed for values of a column in `TableRequest.catch` or `TableRequest.exclude`."""
+    return f"{option} {shlex.quote(f'{name}={_listed(values)}')}"
 
 
 def words_option(option: str, words: Iterable[str]) -> str:
@@ -164,8 +163,8 @@ def command(paths: Sequence[Path], request: TableRequest) -> str:
     options += [levels_option(name, levels) for name, levels in request.levels.items()]
     options += [comparison_option(each) for each in request.comparisons]
     options += [words_option("--yes", request.yes)] if request.yes else []
-    options += [choice_option("--catch", each) for each in request.catch]
-    options += [choice_option("--exclude", each) for each in request.exclude]
+    options += [choice_option("--catch", *each) for each in request.catch]
+    options += [choice_option("--exclude", *each) for each in request.exclude]
     options += [words_option("--ignore", request.ignore)] if request.ignore else []
     options += [f"--participant {shlex.quote(request.participant)}"] if request.participant else []
     options += [f"--encoding {shlex.quote(request.encoding)}"] if request.encoding else []

@@ -45,8 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _add_table_arguments(
         parser.add_argument_group(
             "tables",
-            "Words that hold a comma are put in double quotes within the list: 'clothing=\"thick, woollen\",thin'. "
-            "COLUMN is a name of --columns or one of the table.",
+            "A word that holds a comma is put in double quotes: 'cloth=\"thick, woollen\",thin'. COLUMN is "
+            "one of our names in --columns, or one of the table.",
         )
     )
 
@@ -68,8 +68,8 @@ def _add_table_arguments(group: "argparse._ArgumentGroup") -> None:
     group.add_argument(
         "--columns",
         metavar="NAME=COLUMN,...",
-        help="participant, response and the factors, perhaps session, trial, block, trial_type, response_time, "
-        "...; felt and n instead of response are counts; NAME alone is a column of that name",
+        help="participant, response and the factors, perhaps session, trial, block, trial_type, "
+        "response_time, ...; felt and n instead of response are counts; NAME alone is that column",
     )
     group.add_argument(
         "--levels",
@@ -142,9 +142,9 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
     given = [f"--{name}" for name in _OF_TABLES if getattr(options, name)]
     if given:
         raise UsageError(
-            f"{', '.join(given)} is for tables; a study's protocol says what is what",
+            f"these are for tables: {', '.join(given)}; a study's protocol says what is what",
             where=str(study),
-            do="leave it out, or give a CSV or TSV file",
+            do="leave them out, or give a CSV or TSV file",
         )
     return _of_study(study, options, functions)
 
@@ -179,12 +179,13 @@ def _of_tables(options: argparse.Namespace, functions: "PsychometricOptions") ->
         )
     paths = table_paths(options.study)
     folder = _results_folder(options.out or _beside(paths))
-    trials = read_any_table(paths, _request(options))
+    trials = read_any_table(paths, table_request(options))
     trials = replace(trials, command=" ".join([trials.command, *_typed(options)]))
     return results_of(trials, pooled=options.pooled, psychometric=functions), folder
 
 
-def _request(options: argparse.Namespace) -> "TableRequest":
+def table_request(options: argparse.Namespace) -> "TableRequest":
+    """Return how a table is to be read, as it was typed."""
     from autd_analysis.table_request import (
         TableRequest,
         parse_choices,

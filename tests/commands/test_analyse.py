@@ -57,10 +57,10 @@ def test_a_data_sets_table_gives_the_studys_d_prime_and_leaves_its_folder_alone(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "add participant=COLUMN to --columns; the columns are pid, felt, cloth, freq"),
+        ([], "--columns participant=pid,response=felt,cloth,freq"),
         (["--columns", "participant"], "there is no column 'participant'"),
         (["--columns", "participant="], "--columns has 'participant='"),
-        (["--columns", f"{COLUMNS},clothing=freq"], "--columns names clothing, or a word for it, twice"),
+        (["--columns", f"{COLUMNS},clothing=freq"], "--columns names clothing twice"),
         (["--columns", COLUMNS, "--levels", "clothing=inner,inner"], "--levels names clothing"),
         (["--columns", COLUMNS, "--levels", "clothing"], "--levels has 'clothing'"),
         (["--columns", COLUMNS, "--compare", "clothing=inner"], "name two levels"),
@@ -100,4 +100,4 @@ def test_nothing_there_is_told(run: Run, tmp_path: Path) -> None:
 def test_columns_of_a_study_are_refused(run: Run, tmp_path: Path) -> None:
     result = run("analyse", tmp_path, "--columns", COLUMNS)
     assert result.code == 2
-    assert "are for tables" in result.err
+    assert "these are for tables: --columns" in result.err
