@@ -6,10 +6,10 @@ from dataclasses import replace
 
 from autd_analysis.any_columns import COUNTS
 from autd_analysis.any_row import Line, counts
-from autd_analysis.any_words import TRIAL_TYPES, few, is_missing, is_same, one_label, plain_words
+from autd_analysis.any_words import TRIAL_TYPES, Levels, few, is_missing, is_same, one_label, plain_words
 from autd_analysis.table_request import Choice, choice_option
 from autd_trials.errors import UsageError
-from autd_trials.tables import Table
+from autd_trials.tables import FOREIGN_MISSING_WORDS, Table
 
 _MOST_TRIALS = 1_000_000
 
@@ -38,19 +38,22 @@ def without_excluded(lines: Sequence[Line], exclude: Sequence[Choice]) -> tuple[
     return kept, remarks
 
 
-def without_empty(lines: Sequence[Line], factors: Sequence[str]) -> tuple[list[Line], list[Line]]:
+def without_empty(lines: Sequence[Line], levels: Mapping[str, Levels]) -> tuple[list[Line], list[Line]]:
     """Return the lines that are trials, and those that have neither an answer nor a level, such as breaks."""
+    answered = ("response", *COUNTS)
 
     def is_empty(line: Line) -> bool:
-        answer = [line.cells["response"], *(line.cells.get(name, "") for name in COUNTS)]
-        return all(map(is_missing, [*answer, *(line.cells[name] for name in factors)])) and line.cells[
-            "trial_type"
-        ].lower() not in ("catch", "blank")
+        cells = line.cells
+        return (
+            all(cells.get(name, "").lower() in FOREIGN_MISSING_WORDS for name in answered)
+            and all(of.of[cells[name]] is None for name, of in levels.items())
+            and TRIAL_TYPES.get(cells["trial_type"].lower()) != "catch"
+        )
 
-    empty = {id(line) for line in lines if is_empty(line)}
+    empty = list(map(is_empty, lines))
     return (
-        [line for line in lines if id(line) not in empty],
-        [line for line in lines if id(line) in empty],
+        [line for line, left_out in zip(lines, empty, strict=True) if not left_out],
+        [line for line, left_out in zip(lines, empty, strict=True) if left_out],
     )
 
 

@@ -8,9 +8,9 @@ from autd_analysis.any_row import Line
 from autd_analysis.any_words import Levels, are_right_or_wrong, few, spelled
 from autd_analysis.checks import alike_words
 from autd_analysis.design import Design, StudyFactor
-from autd_analysis.table_request import TableRequest, choice_option, columns_option
+from autd_analysis.table_request import TableRequest, choice_option, columns_option, words_option
 from autd_analysis.trial_table import TrialRow
-from autd_trials.tables import Table, level_text
+from autd_trials.tables import FOREIGN_MISSING_WORDS, Table, level_text
 
 _SLOW_S = 30.0
 """Nobody's typical answer takes so long: times in ms were taken for s."""
@@ -76,7 +76,11 @@ def of_answers(
     if request.yes:
         felt = [word for word, meaning in understood.items() if meaning]
         others = [word for word, meaning in understood.items() if meaning is False]
-        yield f"answers taken as felt: {few(felt)}; as not felt: {few(others) or 'none'}"
+        shown = [word if word.lower() not in FOREIGN_MISSING_WORDS else "no answer" for word in others]
+        yield f"answers taken as felt: {few(felt)}; as not felt: {few(list(dict.fromkeys(shown))) or 'none'}"
+    elif False not in understood.values() and None in understood.values():
+        felt = [word for word, meaning in understood.items() if meaning]
+        yield f"all answers mean felt; if none means not felt: {words_option('--yes', felt)}"
     right_or_wrong = are_right_or_wrong(columns[0].get("response", columns[0].get("felt", "")), understood)
     if right_or_wrong and not request.guess_known:
         yield (

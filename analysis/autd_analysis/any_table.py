@@ -65,6 +65,7 @@ from autd_analysis.table_request import (
     parse_choices,
     parse_columns,
     parse_comparison,
+    parse_words,
     words_option,
 )
 from autd_analysis.trial_table import TrialRow
@@ -212,13 +213,13 @@ def read_any_table(paths: Sequence[Path], request: TableRequest) -> Trials:
     if not read:
         raise UsageError("the table has no trials", where=where)
     kept, excluded = without_excluded(read, request.exclude)
-    answered, skipped = without_empty(kept, names)
+    levels = {name: levels_of(list(dict.fromkeys(line.cells[name] for line in kept))) for name in names}
+    answered, skipped = without_empty(kept, levels)
     lines = with_sessions(expanded(with_catch(answered, request.catch), where))
     if not lines:
         raise UsageError("no line is left to be a trial", where=where, do="exclude fewer lines")
     types = _trial_types(lines)
     _refuse_status(lines, request)
-    levels = {name: levels_of(list(dict.fromkeys(line.cells[name] for line in lines))) for name in names}
     factors = tuple(study_factor(name, lines, types, levels[name], request, where) for name in names)
     refuse_too_many(factors, where, request)
     design = Design(
@@ -266,9 +267,9 @@ def read_any_table(paths: Sequence[Path], request: TableRequest) -> Trials:
 
 
 def _several(words: object) -> tuple[str, ...]:
-    if isinstance(words, str) or not isinstance(words, Iterable):
-        return (_typed(words),)
-    return tuple(map(_typed, words))
+    if isinstance(words, str):
+        return parse_words([words])
+    return tuple(map(_typed, words)) if isinstance(words, Iterable) else (_typed(words),)
 
 
 def _typed(word: object) -> str:

@@ -112,7 +112,8 @@ def answers(found: Collection[str], yes: Collection[str]) -> dict[str, bool | No
     found
         The answers as they are written.
     yes
-        Those that mean felt; if there are any, all others mean not felt.
+        Those that mean felt; if there are any, all others mean not felt, and if there are no others, that
+        there is no answer does.
     """
     meaning: dict[str, bool | None] = {}
     for word in found:
@@ -124,6 +125,8 @@ def answers(found: Collection[str], yes: Collection[str]) -> dict[str, bool | No
             meaning[word] = False
         elif word.lower() in ANSWERS:
             meaning[word] = ANSWERS[word.lower()]
+    if yes and False not in meaning.values():  # whoever felt nothing pressed nothing
+        meaning = {word: bool(means) for word, means in meaning.items()}
     return meaning
 
 
@@ -204,7 +207,7 @@ def _no_numbers(words: Collection[str], strange: Collection[str], units: Collect
         word for word in strange if re.fullmatch(r"[+-]?[\d.,' ]*\d[.,']\d[\d.,' ]*\D{0,8}", word)
     )
     if grouped:
-        return f"it is not clear whether signs in {grouped[0]} are decimal or group thousands"
+        return f"it is not clear whether signs in {max(grouped, key=len)} are decimal or group thousands"
     if not strange and len(words) > 1:
         shown = [unit or "none" for unit in sorted(units)]
         return f"they have different units: {', '.join(shown[:5])}"

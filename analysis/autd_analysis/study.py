@@ -13,6 +13,7 @@ from autd_analysis.models.other_models import OtherEstimate, other_estimates
 from autd_analysis.order_effects import OrderEffect, order_effects
 from autd_analysis.pooled import WARNING as POOLED_WARNING
 from autd_analysis.pooled import PooledTests, pooled_tests
+from autd_analysis.psychometric.misfit import misfits
 from autd_analysis.psychometric.options import DEFAULT, PsychometricOptions
 from autd_analysis.psychometric.results import PsychometricResults, all_psychometric_results
 from autd_analysis.rates import (
@@ -96,7 +97,11 @@ class Results:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader should know about the data and the results."""
-        return (*self.trials.warnings, *((POOLED_WARNING,) if self.pooled else ()))
+        return (
+            *self.trials.warnings,
+            *misfits(self.psychometric),
+            *((POOLED_WARNING,) if self.pooled else ()),
+        )
 
     @property
     def simulated(self) -> bool:

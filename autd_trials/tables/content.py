@@ -22,7 +22,7 @@ _NO_TEXT = {
     b"MATLAB": "a file of MATLAB",
 }
 _AGAIN = "save it again as CSV in UTF-8"
-_INVISIBLE = re.compile("[\ufeff\u200b\u2060]")
+_INVISIBLE = re.compile("[\ufeff\u200b\u2060\u202a-\u202e\u2066-\u2069]")
 _BEYOND_ASCII = re.compile(r"[^\x00-\x7f\xa0]+")
 _SIGNS = "\xb0\xb5\xb2\xb3\xb1\xb7\u20ac"  # degrees, micro, squared, cubed, plus-minus, dot, euro
 _ELISION = re.compile(r"(?<=[^\W\d_])\u2019(?=[^\W\d_])")
@@ -188,7 +188,7 @@ def _decodes(content: bytes, encoding: str) -> bool:
 
 
 def _visible(content: bytes) -> bytes:
-    """Leave out what nobody sees: marks where files were joined, spaces that web pages leave behind."""
+    """Leave out what nobody sees: marks where files were joined, spaces of web pages, turns of direction."""
     return content if content.isascii() else _INVISIBLE.sub("", content.decode()).encode()
 
 

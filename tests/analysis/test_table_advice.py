@@ -203,7 +203,8 @@ def test_the_command_that_is_told_reads_the_same(tmp_path: Path, monkeypatch: py
     trials = typed(
         [
             "t.csv", *NAMED, "--levels", "cloth=inner,both", "--compare", "cloth=inner,both@hz", "--yes", "1",
-            "--catch", "number=3", "--exclude", "participant=x y,P2", "--ignore", "number", "--encoding", "utf-8",
+            "--catch", "number=3", "--exclude", "participant=x y,P2", "--ignore", "number",
+            "--encoding", "utf-8",
         ]
     )  # fmt: skip
     again = typed(shlex.split(trials.command)[2:])
