@@ -42,18 +42,25 @@ _MAY_BE_ONE = frozenset({"session", "block", "trial"})
 _ENDINGS = re.compile(r"(\.(csv|tsv|txt|dat|gz))+$", re.IGNORECASE)
 _DATES = re.compile(r"\d{4}[-_.]\d{1,2}[-_.]\d{1,2}|\d{1,2}h\d{2}[.\d]*|(?:19|20)\d{6}(?:T?\d{4,6})?")
 _ALIKE = {
-    "participant": (
-        "participant participantid participants participantnr subject subjectid subjectnr subj "
-        "subjid sub subid vp vpn vpnr vpcode versuchsperson pid id who person observer proband "
-        "respondent"
+    "participant": re.compile(
+        r"(participant|subject|subj|versuchsperson|vpn|vpcode|proband|observer|person|respondent).*"
+        r"|sub(id|nr|no)?|vp(nr|id)?|pp(n|id)?|[ps]?id|who|name|code"
     ),
-    "session": "session sess sessionid sessionnr sitzung day visit",
-    "response": (
-        "response answer felt correct iscorrect resp detected accuracy acc antwort reaction "
-        "hit perceived seen heard yes keyrespcorr stimulusacc stimacc"
+    "session": re.compile(r"sess(ion)?(id|nr|no)?|sitzung|day|visit"),
+    "block": re.compile(r"(block|blk)(id|nr|no|number)?"),
+    "response": re.compile(
+        r".*(response|answer|correct|accuracy|antwort|reaktion|reaction)|felt|resp|detected|.*(acc|corr)|hit"
+        r"|perceived|seen|heard|yes"
     ),
+    "felt": re.compile(r"k|n?(felt|hits?|yes|correct|detected|positives?|successes)"),
+    "n": re.compile(r"n|(n|num|no)?(of)?(trials|total|presentations|stimuli)"),
 }
 """What columns of participants and answers are often called, in small letters without signs."""
+
+_TELLS_OTHERWISE = re.compile(
+    r"^(n|nr|no)$|trial|durchgang|index|time|rt$|rtms|date|order|response|answer|keys?$|corr|^column\d"
+)
+"""What columns that are no factors are often called."""
 
 _MOST_FACTOR_LEVELS = 30
 _MOST_FACTORS = 3
@@ -193,21 +200,28 @@ def suggested(table: Table, columns: Mapping[str, str], *, ask_participant: bool
             found[ours] = theirs
             free.remove(theirs)
 
-    counted = any(name in found for name in COUNTS)
+    counts = [name for name in free if words[name] and all(map(_is_count, words[name]))]
+    pair = {ours: next((name for name in counts if _is_alike(name, ours)), None) for ours in COUNTS}
+    counted = any(name in found for name in COUNTS) or (
+        "response" not in found and None not in pair.values() and not _are_answers(words[pair["felt"] or ""])
+    )
     if ask_participant:
         take("participant", lambda theirs: _is_alike(theirs, "participant"))
     for name in COUNTS if counted else ():
-        take(name, lambda theirs: words[theirs] != set() and all(map(_is_count, words[theirs])))
+        take(name, lambda theirs, ours=name: theirs in counts and _is_alike(theirs, ours))  # type: ignore[misc]
+        take(name, lambda theirs: theirs in counts)
     if not counted:
         take("response", lambda theirs: _is_alike(theirs, "response") and _are_answers(words[theirs]))
         take("response", lambda theirs: _are_answers(words[theirs]))
         take("response", lambda theirs: _is_alike(theirs, "response"))
     if ask_participant:
-        take("participant", lambda theirs: len(words[theirs]) > 1)
+        take("participant", lambda theirs: 1 < len(words[theirs]) <= len(table.rows) / 2)
+        take("participant", lambda theirs: len(words[theirs]) > 0)
     if not counted:
         take("response", lambda theirs: len(words[theirs]) == 2)  # such as left and right
     if all(name in KNOWN for name in found):
         take("session", lambda theirs: _is_alike(theirs, "session"))
+        take("block", lambda theirs: theirs in counts and _is_alike(theirs, "block"))
         take("trial_type", lambda theirs: words[theirs] != set() and words[theirs] <= TRIAL_TYPES.keys())
         some = [name for name in free if words[name]] or free
         several = [name for name in some if 1 < len(words[name]) <= _MOST_FACTOR_LEVELS]
@@ -288,7 +302,7 @@ def _closest(name: str, names: Sequence[str]) -> str | None:
 
 
 def _is_alike(name: str, ours: str) -> bool:
-    return _key(name) in _ALIKE[ours].split()
+    return _ALIKE[ours].fullmatch(_key(name)) is not None
 
 
 def _key(name: str) -> str:
@@ -306,6 +320,4 @@ def _is_count(word: str) -> bool:
 
 def _is_telling(name: str) -> bool:
     """Return whether a column's name does not say that it is something else than a factor."""
-    return name not in RESERVED_NAMES and not re.search(
-        r"^(n|nr|no)$|trial|index|time|rt$|date|order", _key(name)
-    )
+    return name not in RESERVED_NAMES and not _TELLS_OTHERWISE.search(_key(name))

@@ -51,35 +51,42 @@ def refuse_strange_factors(request: TableRequest) -> None:
 
 def study_factor(
     name: str,
-    lines: Sequence[Line],
-    types: Mapping[str, str],
+    counted: Sequence[Line],
+    catch: Sequence[Line],
     levels: Levels,
     request: TableRequest,
     where: str,
 ) -> StudyFactor:
-    """Return a factor with the levels that stimuli have."""
-    of_stimuli = {
-        levels.of[line.cells[name]] for line in lines if types[line.cells["trial_type"]] == "stimulus"
-    } - {None}
-    found = tuple(level for level in levels.ordered if level in of_stimuli)
+    """Return a factor with the levels that stimuli have which were answered.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    counted, catch
+        The lines of answered stimuli, and those of catch trials.
+    levels
+        What the words in its column are.
+    request, where
+        What was asked for, and of which table.
+    """
+    present = {levels.of[line.cells[name]] for line in counted}
+    found = tuple(level for level in levels.ordered if level in present)
     if name in request.levels:
         found = _in_order(name, found, levels, request.levels[name], where)
-    if not 1 <= len(found) <= _MOST_LEVELS:
+    if len(found) > _MOST_LEVELS:
         rest = {ours: theirs for ours, theirs in request.columns.items() if ours != name}
+        others = any(each in rest for each in factor_names(request))
         raise UsageError(
-            f"{name} has {len(found)} levels" + (f": {spelled(found)}" if found else " among stimuli"),
+            f"{name} has {len(found)} levels: {spelled(found)}",
             where=where,
-            do=f"is it a factor? Without it: {columns_option(rest)}",
+            do=f"is it a factor? Without it: {columns_option(rest)}"
+            if others
+            else f"round them in the table, to at most {_MOST_LEVELS}",
         )
-    catch = [line.cells[name] for line in lines if types[line.cells["trial_type"]] == "catch"]
-    with_level = sum(levels.of[word] in found for word in catch)
+    with_level = sum(levels.of[line.cells[name]] in found for line in catch)
     # What catch trials have a level of they share with the stimuli around them, as clothes do.
     return StudyFactor(name, found, {}, within_block=not catch or with_level < len(catch))
-
-
-def conditions_of(factor: StudyFactor, levels: Levels) -> dict[str, Level | None]:
-    """Return the level of each word, of those levels that are conditions."""
-    return {word: level if level in factor.levels else None for word, level in levels.of.items()}
 
 
 def refuse_too_many(factors: Sequence[StudyFactor], where: str, request: TableRequest) -> None:

@@ -38,6 +38,16 @@ def from_names(
         )
 
 
+def of_nobody(rows: Sequence[TrialRow]) -> Iterator[str]:
+    """Yield participants of whom nothing counts."""
+    counted = {row.participant for row in rows if row.used}
+    for participant in sorted({row.participant for row in rows} - counted):
+        yield (
+            f"nothing of sub-{participant} counts; to leave it out: "
+            f"{choice_option('--exclude', 'participant', participant)}"
+        )
+
+
 def look_alikes(design: Design) -> Iterator[str]:
     """Yield levels that may be one."""
     for factor in design.factors:
@@ -100,9 +110,11 @@ def of_catch_trials(
     for factor in factors:
         found = levels[factor.name].of
         own = {level for _, line in catch if (level := found[line.cells[factor.name]]) is not None}
-        only = [level for level in levels[factor.name].ordered if level in own - set(factor.levels)]
-        if only:
+        others = [level for level in levels[factor.name].ordered if level not in factor.levels]
+        if only := [level for level in others if level in own]:
             yield f"only catch trials have {factor.name} {spelled(only)}, so it is no condition"
+        if rest := [level for level in others if level not in own]:
+            yield f"no answered stimulus has {factor.name} {spelled(rest)}, so it is no condition"
         without = sum(row.levels[factor.name] is None for row, _ in catch)
         if 0 < without < len(catch):
             yield (

@@ -1,6 +1,6 @@
 """One line of any table as a trial: what its cells mean, and messages that name its place."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from autd_analysis.any_words import SPREADSHEET_ERROR, TRIAL_STATUS, is_missing
@@ -57,6 +57,8 @@ class Meaning:
         Whether each answer means felt; None where there is none.
     levels
         For each factor the level of each word; None where there is none.
+    conditions
+        For each factor those levels that are conditions, not of catch trials alone.
     """
 
     participants: Mapping[str, str]
@@ -64,6 +66,7 @@ class Meaning:
     trial_types: Mapping[str, str]
     answers: Mapping[str, bool | None]
     levels: Mapping[str, Mapping[str, Level | None]]
+    conditions: Mapping[str, Collection[Level]]
 
 
 def trial_row(line: Line, count: int, meaning: Meaning) -> TrialRow:
@@ -101,7 +104,11 @@ def trial_row(line: Line, count: int, meaning: Meaning) -> TrialRow:
         trial_status=TRIAL_STATUS[cells["trial_status"].lower()],
         felt=meaning.answers[cells["response"]],
         response_time_s=_response_time_s(line),
-        levels={name: _level(name, line, trial_type, of) for name, of in meaning.levels.items()},
+        levels={
+            name: level if level in meaning.conditions[name] else None
+            for name, of in meaning.levels.items()
+            for level in [_level(name, line, trial_type, of)]
+        },
         timing=trial_timing(lambda name: _quantity(name, line), lambda name: _whole(name, line)),
     )
 

@@ -1,6 +1,7 @@
 """Trials from any table of answers, whoever recorded it: CSV or TSV, one file or several."""
 
 import glob
+import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -17,7 +18,6 @@ from autd_analysis.any_columns import (
 )
 from autd_analysis.any_factors import (
     checked_comparisons,
-    conditions_of,
     refuse_strange_factors,
     refuse_too_many,
     study_factor,
@@ -39,6 +39,7 @@ from autd_analysis.any_remarks import (
     of_answers,
     of_catch_trials,
     of_levels,
+    of_nobody,
     of_tables,
     slow,
 )
@@ -77,6 +78,10 @@ from autd_trials.tables import read_table as read_text
 
 _UNSAID = {"trial_type": "stimulus", "trial_status": "complete"}
 """What holds of trials where no column says it."""
+
+_LIKE_CATCH = re.compile(
+    r"^(1|true|yes)$|catch|no|blank|absent|null|sham|empty|zero|ohne|kein", re.IGNORECASE
+)
 
 Typed = str | Sequence[str]
 Chosen = Typed | Mapping[str, object]
@@ -220,7 +225,12 @@ def read_any_table(paths: Sequence[Path], request: TableRequest) -> Trials:
         raise UsageError("no line is left to be a trial", where=where, do="exclude fewer lines")
     types = _trial_types(lines)
     _refuse_status(lines, request)
-    factors = tuple(study_factor(name, lines, types, levels[name], request, where) for name in names)
+    understood = _answers(lines, request)
+    counted, catch = _counted(lines, types, understood)
+    if not counted:
+        kinds = "is complete and answered" if not catch else "that is no catch trial is complete and answered"
+        raise UsageError(f"no trial {kinds}", where=where)
+    factors = tuple(study_factor(name, counted, catch, levels[name], request, where) for name in names)
     refuse_too_many(factors, where, request)
     design = Design(
         title(paths), None, factors, checked_comparisons(where, request.comparisons, factors, levels)
@@ -229,14 +239,14 @@ def read_any_table(paths: Sequence[Path], request: TableRequest) -> Trials:
         participants=one_label(line.cells["participant"] for line in lines),
         sessions=one_label(line.cells["session"] for line in lines),
         trial_types=types,
-        answers=_answers(lines, request),
-        levels={factor.name: conditions_of(factor, levels[factor.name]) for factor in factors},
+        answers=understood,
+        levels={name: of.of for name, of in levels.items()},
+        conditions={factor.name: factor.levels for factor in factors},
     )
     rows = _numbered_through(
         [trial_row(line, count, meaning) for count, line in enumerate(lines, start=1)], lines
     )
     _refuse_duplicates(lines, rows, request)
-    _refuse_nothing(rows, where)
     simulated = [is_simulated(line) for line in lines]
     return Trials(
         design=design,
@@ -246,6 +256,7 @@ def read_any_table(paths: Sequence[Path], request: TableRequest) -> Trials:
             *of_tables(tables),
             *copies(paths),
             *from_names(paths, labels, columns),
+            *of_nobody(rows),
             *joined_labels("participants", meaning.participants),
             *joined_labels("sessions", meaning.sessions),
             *trial_warnings([], {_shown(paths): rows}, design),
@@ -321,13 +332,13 @@ def _session(path: Path) -> str | None:
 
 def _trial_types(lines: Sequence[Line]) -> dict[str, str]:
     """Return what each word for a type of trial means."""
-    found = {line.cells["trial_type"] for line in lines}
+    found = Counter(line.cells["trial_type"] for line in lines)
     types = {word: TRIAL_TYPES.get(word.lower(), "") for word in found}
     types |= {word: "stimulus" for word in found if is_missing(word)}
     unknown = sorted(word for word, kind in types.items() if not kind)
     if unknown:
         first = next(line for line in lines if line.cells["trial_type"] in unknown)
-        catch = next((word for word in unknown if word.lower() in ("1", "true", "yes")), unknown[0])
+        catch = min(unknown, key=lambda word: (not _LIKE_CATCH.search(word), found[word]))
         raise UsageError(
             f"trial_type is {', '.join(map(repr, unknown[:5]))}",
             where=first.where,
@@ -335,6 +346,22 @@ def _trial_types(lines: Sequence[Line]) -> dict[str, str]:
             f"{choice_option('--catch', 'trial_type', catch)}",
         )
     return types
+
+
+def _counted(
+    lines: Sequence[Line], types: Mapping[str, str], understood: Mapping[str, bool | None]
+) -> tuple[list[Line], list[Line]]:
+    """Return the lines of complete and answered stimuli, and those of catch trials."""
+    stimuli, catch = (
+        [line for line in lines if types[line.cells["trial_type"]] == kind] for kind in ("stimulus", "catch")
+    )
+    counted = [
+        line
+        for line in stimuli
+        if understood[line.cells["response"]] is not None
+        and TRIAL_STATUS[line.cells["trial_status"].lower()] == "complete"
+    ]
+    return counted, catch
 
 
 def _refuse_status(lines: Sequence[Line], request: TableRequest) -> None:
@@ -363,6 +390,12 @@ def _answers(lines: Sequence[Line], request: TableRequest) -> dict[str, bool | N
     unknown = [word for word in found if word not in understood]
     if unknown:
         first = next(line for line in lines if line.cells["response"] in unknown)
+        if not request.yes and _are_rates(found):
+            raise UsageError(
+                f"response is {few([repr(word) for word in unknown])}, which is no answer but a rate",
+                where=first.where,
+                do="give a line a trial, or counts: felt=COLUMN,n=COLUMN in --columns",
+            )
         stray = sum(found[word] for word in unknown) * 10 < len(lines) and len(unknown) <= 5
         advice = (
             f"write 1, 0 or n/a, or leave such lines out: {first.excluding('response')}"
@@ -382,6 +415,13 @@ def _answers(lines: Sequence[Line], request: TableRequest) -> dict[str, bool | N
             do=f"name some of them, as in {words_option('--yes', [_likely_yes(words)])}" if words else None,
         )
     return understood
+
+
+def _are_rates(found: Iterable[str]) -> bool:
+    """Return whether answers are shares of trials."""
+    values = [number(word) for word in found]
+    shares = [value for value in values if value is not None and 0 <= value <= 1]
+    return len(shares) == len(values) and len(set(shares) - {0, 1}) > 1
 
 
 def _likely_yes(words: Sequence[str]) -> str:
@@ -435,12 +475,3 @@ def _refuse_duplicates(lines: Sequence[Line], rows: Sequence[TrialRow], request:
                 f"trials out: {without}",
             )
         seen[key] = line.where
-
-
-def _refuse_nothing(rows: Sequence[TrialRow], where: str) -> None:
-    if not any(row.used for row in rows):
-        raise UsageError("no trial is complete and answered", where=where)
-    if not any(row.used and row.trial_type == "stimulus" for row in rows):
-        raise UsageError(
-            "no stimulus is complete and answered: all others are catch or practice trials", where=where
-        )

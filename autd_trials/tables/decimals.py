@@ -41,7 +41,9 @@ def quantity(text: str) -> tuple[float, str] | None:
     return None if found is None or value is None else (value, found["unit"] or "")
 
 
-def foreign_numbers(columns: Sequence[Sequence[str]], separator: str) -> list[list[str]]:
+def foreign_numbers(
+    columns: Sequence[Sequence[str]], separator: str
+) -> tuple[list[Sequence[str]], list[tuple[int, str]]]:
     """Return the columns of a table that others wrote, with the numbers in them as we write them.
 
     In a column whose cells are all numbers, with units or without, or missing, commas become points where
@@ -55,18 +57,29 @@ def foreign_numbers(columns: Sequence[Sequence[str]], separator: str) -> list[li
         The cells of each column, without spaces around them.
     separator
         What separates the cells in the file.
+
+    Returns
+    -------
+    columns : list of list of str
+        The cells of each column.
+    doubtful : list of (int, str)
+        The columns in which only the rest of the table says that commas are decimal, and such a number.
     """
     plain = [[_plain(text) for text in texts] for texts in columns]
     numbers = [_numbers(texts) for texts in plain]
     all_numbers = [text for texts in numbers if texts for text in texts]
     pointless = not any("." in text for text in all_numbers)
     commas_in_use = separator == ";" or any(_surely_decimal(texts) for texts in numbers if texts)
-    return [
-        [text.replace(",", ".") for text in texts]
-        if spelled is not None and (_surely_decimal(spelled) or (pointless and commas_in_use))
-        else texts
-        for texts, spelled in zip(plain, numbers, strict=True)
-    ]
+    written: list[Sequence[str]] = []
+    doubtful = []
+    for place, (texts, spelled) in enumerate(zip(plain, numbers, strict=True)):
+        sure = spelled is not None and _surely_decimal(spelled)
+        commas = [text for text in spelled or () if "," in text]
+        if commas and not sure and pointless and commas_in_use:
+            doubtful.append((place, commas[0]))
+        decimal = sure or (commas_in_use and pointless and spelled is not None)
+        written.append([text.replace(",", ".") for text in texts] if decimal else texts)
+    return written, doubtful
 
 
 def _plain(text: str) -> str:

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -49,6 +50,20 @@ def opening(content: bytes, separators: Sequence[str]) -> Opening | None:
     least = min((before for before, _ in found), default=0)
     fitting = [sign for before, sign in found if before == least]
     return Opening(fitting[0], least) if len(fitting) == 1 else None
+
+
+def without_outer_quotes(content: bytes) -> bytes | None:
+    """Return a table each of whose lines was put in quotes as a whole, without them; None for any other."""
+    text = content.decode()
+    try:
+        rows = list(csv.reader(io.StringIO(text, newline=""), strict=True))
+    except csv.Error:
+        return None
+    cells = [cells[0] for cells in rows if cells]
+    quoted = all(len(cells) <= 1 for cells in rows) and all(re.search(r"[,;\t]", cell) for cell in cells)
+    if not cells or not quoted or text.count('"') < 2 * len(cells):
+        return None
+    return "".join(f"{cells[0] if cells else ''}\n" for cells in rows).encode()
 
 
 def _before(content: bytes, separator: str) -> int | None:

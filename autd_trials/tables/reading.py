@@ -19,7 +19,14 @@ from typing import TYPE_CHECKING
 from autd_trials.errors import UsageError
 from autd_trials.tables.content import read_content
 from autd_trials.tables.decimals import MAYBE_THOUSANDS, foreign_numbers, is_numeric, pointed
-from autd_trials.tables.foreign import fitted, is_header_again, listed_lines, named_columns, opening
+from autd_trials.tables.foreign import (
+    fitted,
+    is_header_again,
+    listed_lines,
+    named_columns,
+    opening,
+    without_outer_quotes,
+)
 from autd_trials.tables.spelling import level_text, number, without_shield
 
 if TYPE_CHECKING:
@@ -31,6 +38,7 @@ LARGEST_NUMBER = 1e12
 """What a column's numbers keep to if it does not declare its bounds: sums and squares stay finite."""
 
 _SEPARATORS = {",": "commas", "\t": "tabs", ";": "semicolons"}
+_FOREIGN_SEPARATORS = {"|": "bars", " ": "spaces"}
 _STATED = re.compile(rb'"?sep=([\x20-\x7e\t])"?(?=[\r\n])')
 _FIRST_LINE = re.compile(rb'\s*(?:"[^"]*"|[^"\r\n])*')
 _QUOTED = re.compile(rb'"[^"]*"?')
@@ -138,7 +146,12 @@ class Table:
         """
         columns = [self.column(name) for name in self.header]
         if self.foreign:
-            return replace(self, rows=list(zip(*foreign_numbers(columns, self.separator), strict=True)))
+            written, doubtful = foreign_numbers(columns, self.separator)
+            remarks = (
+                f"commas in {self.header[place]} are read as decimal ones, {text} as {text.replace(',', '.')}"
+                for place, text in doubtful
+            )
+            return replace(self, rows=list(zip(*written, strict=True)), remarks=(*self.remarks, *remarks))
         numeric = [index for index, texts in enumerate(columns) if all(map(is_numeric, texts))]
         if not self._has_decimal_commas(chain(*(columns[index] for index in numeric))):
             return self
@@ -225,7 +238,8 @@ def read_table(
         Whether others wrote the table, who cannot be asked for better. Then these are forgiven, and what
         might matter is among the table's remarks: gzip; Windows-1252 (Latin-1) and UTF-16 without a mark;
         lines of one cell before the names; the names once more further down, where files were joined; columns
-        without a name; empty cells behind the last column; separators that only the rows tell apart.
+        without a name; empty cells behind the last column; lines in quotes as a whole; bars or single spaces
+        between cells; separators that only the rows tell apart.
     encoding
         The encoding, where it is known.
 
@@ -243,15 +257,20 @@ def read_table(
     stated = _STATED.match(content)
     separator = separator or (stated[1].decode() if stated else None)
     start = None
-    if foreign and separator in (None, *_SEPARATORS):
+    separators = _SEPARATORS | _FOREIGN_SEPARATORS if foreign else _SEPARATORS
+    if foreign and not stated and (inner := without_outer_quotes(content)) is not None:
+        content = inner
+    if foreign and separator in (None, *separators):
         table = content[stated.end() :] if stated else content
         start = opening(table, [separator] if separator else [*_SEPARATORS])
+        if start is None and separator is None and not _signs(content):
+            start = opening(table, [*_FOREIGN_SEPARATORS])
     if start is not None:
         separator = start.separator
     separator = separator or _detected(content, path)
     if content.count(separator.encode()) + content.count(b"\n") + content.count(b"\r") > MOST_CELLS:
         raise UsageError(f"the {what} has over {MOST_CELLS:,} cells", where=str(path), do="give a part of it")
-    if separator not in _SEPARATORS:
+    if separator not in separators:
         raise UsageError(
             f"the cells are separated by {separator!r}",
             where=f"{path}:1",
@@ -266,9 +285,7 @@ def read_table(
 
 def _detected(content: bytes, path: Path) -> str:
     """Return what separates the names in the first line; of a single name, what the file's name says."""
-    first = _FIRST_LINE.match(content[:_LONGEST_HEADER])
-    names = _QUOTED.sub(b"", first[0] if first else b"")
-    found = [sign for sign in _SEPARATORS if sign.encode() in names]
+    found = _signs(content)
     if len(found) > 1:
         raise UsageError(
             f"the first line has {' and '.join(_SEPARATORS[sign] for sign in found)}, so what separates the "
@@ -277,6 +294,13 @@ def _detected(content: bytes, path: Path) -> str:
             do="put names of columns that hold such a sign in double quotes",
         )
     return found[0] if found else "\t" if path.suffix.lower() == ".tsv" else ","
+
+
+def _signs(content: bytes) -> list[str]:
+    """Return what may separate the names in the first line."""
+    first = _FIRST_LINE.match(content[:_LONGEST_HEADER])
+    names = _QUOTED.sub(b"", first[0] if first else b"")
+    return [sign for sign in _SEPARATORS if sign.encode() in names]
 
 
 def _parsed(

@@ -348,3 +348,30 @@ def test_names_of_files_without_a_word_that_varies_first(tmp_path: Path) -> None
     assert read_table(str(tmp_path / "*.csv"), columns="response=felt,amp").participants == ("P3", "P4")
     (one,) = tmp_path.glob("*P3.csv")
     assert read_table(one, columns="response=felt,amp", participant="me").participants == ("me",)
+
+
+def test_a_spreadsheets_line_of_means_is_nobody_and_no_condition(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    rows = [f"P{n % 2},{(1, 2)[n // 2 % 2]},{n % 3 % 2}" for n in range(16)]
+    path.write_text("\n".join(["who,amp,felt", *rows, "mean,1.5,"]))
+    trials = read_table(path, columns="participant=who,response=felt,amp")
+    assert trials.design.factors[0].levels == (1.0, 2.0)
+    assert "no answered stimulus has amp 1.5, so it is no condition" in trials.warnings
+    assert any("--exclude participant=mean" in warning for warning in trials.warnings)
+    excluded = read_table(path, columns="participant=who,response=felt,amp", exclude={"participant": "mean"})
+    assert excluded.participants == ("P0", "P1")
+    assert excluded.table["used"].all()
+
+
+def test_commas_that_only_semicolons_make_decimal_are_said(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("who;hz;felt\n" + "".join(f"P1;{('1,000', '250')[n % 2]};{n % 2}\n" for n in range(8)))
+    trials = read_table(path, columns="participant=who,response=felt,hz")
+    assert "t.csv: commas in hz are read as decimal ones, 1,000 as 1.000" in trials.warnings
+
+
+def test_rates_are_no_answers(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("who,amp,rate\nP1,1,0.3\nP1,2,0.5\nP1,3,1\n")
+    with pytest.raises(UsageError, match="which is no answer but a rate"):
+        read_table(path, columns="participant=who,response=rate,amp")

@@ -30,6 +30,10 @@ FORGIVEN: list[tuple[bytes, str]] = [
     (b"a,b,,\n1,x y,,\n2,z,,\n", ""),
     (b"a,b\n1,x y,,\n2,z\n", ""),
     (b'"a";"b"\n"1";"x y"\n"2";"z"\n', ""),
+    (b'"a,b"\n"1,x y"\n"2,z"\n', ""),
+    (b'a b\n1 "x y"\n2 z\n', ""),
+    (b"a|b\n1|x y\n2|z\n", ""),
+    (b"sep=|\na|b\n1|x y\n2|z\n", ""),
     (b"sep=;\nTitle;\na;b\n1;x y\n2;z\n", "1 line(s) before the names of the columns skipped: Title"),
 ]
 
