@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 from autd_trials.face import lazy
 
 if TYPE_CHECKING:
+    from autd_analysis.data.any_table import read_table
     from autd_analysis.data.trials import Trials
-    from autd_analysis.reading import read_study, read_table
+    from autd_analysis.reading import read_study
     from autd_analysis.report.writing import write_results
     from autd_analysis.results import Results
     from autd_analysis.study import SUBJECTS, analyse
@@ -42,7 +43,7 @@ __getattr__ = lazy(
         "Trials": "data.trials",
         "analyse": "study",
         "read_study": "reading",
-        "read_table": "reading",
+        "read_table": "data.any_table",
         "write_results": "report.writing",
     },
 )

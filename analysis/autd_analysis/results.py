@@ -60,6 +60,8 @@ class Results:
         Of all subjects that were asked for or are needed by those, in the order of the list.
     choice
         What `only` and `without` chose, as options of the command; empty if all.
+    options
+        What was asked of single subjects besides, by their names.
     not_drawn
         The subjects in whose figures this program made an error.
     """
@@ -67,6 +69,7 @@ class Results:
     trials: Trials
     outcomes: tuple[Outcome[Any], ...] = ()
     choice: tuple[str, ...] = ()
+    options: Mapping[str, Any] = field(default_factory=dict)
     not_drawn: Mapping[str, Failed] = field(default_factory=dict)
 
     def __getitem__(self, subject: Subject[Found]) -> Found:

@@ -1,6 +1,7 @@
 """The analysis of a study: the one list of subjects, and each one's outcome in its order."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from autd_analysis.interactions import INTERACTIONS
 from autd_analysis.models import MODELS
 from autd_analysis.order import ORDER
 from autd_analysis.psychometric import PSYCHOMETRIC
+from autd_analysis.psychometric.options import DEFAULT, PsychometricOptions
 from autd_analysis.rates import RATES
 from autd_analysis.results import Outcome, Results
 from autd_analysis.sensitivity import SENSITIVITY
@@ -41,6 +43,7 @@ def analyse(
     only: Iterable[str] | None = None,
     without: Iterable[str] | None = None,
     *,
+    psychometric: PsychometricOptions = DEFAULT,
     subjects: tuple[Subject[Any], ...] = SUBJECTS,
     progress: Progress = lambda _title, _share: None,
 ) -> Results:
@@ -54,6 +57,8 @@ def analyse(
         The names of the subjects wanted, such as ``rates``; all if None.
     without
         The names of subjects that are not.
+    psychometric
+        The form of psychometric functions, and how their guess and lapse rates are found.
     subjects
         All that there are.
     progress
@@ -74,11 +79,11 @@ def analyse(
     only, without = None if only is None else list(only), list(without or ())
     wanted = _wanted(subjects, only, without)
     computed = _with_needs(subjects, wanted)
-    results = Results(trials, choice=_options(only, without))
+    results = Results(trials, choice=_options(only, without), options={PSYCHOMETRIC.name: psychometric})
     for place, subject in enumerate(computed):
         progress(subject.title, place / len(computed))
         outcome = _outcome(subject, results, asked=subject in wanted)
-        results = Results(trials, (*results.outcomes, outcome), results.choice)
+        results = replace(results, outcomes=(*results.outcomes, outcome))
     return results
 
 

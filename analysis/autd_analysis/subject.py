@@ -80,6 +80,10 @@ class Others(Interface):
     def remarks(self) -> tuple[str, ...]:
         """What a reader should know about the data and the results."""
 
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """What was asked of single subjects besides, by their names."""
+
     def __getitem__(self, subject: "Subject[Found]") -> Found:
         """Return what a subject found; raises UsageError if it found nothing."""
 

@@ -82,7 +82,7 @@ def test_a_table_is_read_with_words_of_its_own(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     path.write_text("\n".join(["pid,felt,cloth,freq", *lines()]) + "\n")
     columns = {"participant": "pid", "response": "felt", "clothing": "cloth", "modulation_hz": "freq"}
-    compare = [("clothing", "inner", "both", "modulation_hz"), ("clothing", "both", "inner")]
+    compare = ["clothing=inner,both@modulation_hz", "clothing=both,inner"]
     study = aa.read_table(str(path), columns=columns, compare=compare)
     frame = aa.analyse(study, only=["comparisons"]).comparisons.to_frame()
     assert list(frame["mean_difference"]) == pytest.approx([0.5, 0.5, -0.5])

@@ -1,11 +1,11 @@
 """The planned comparisons in words: for the terminal, and for a manuscript."""
 
-import shlex
 from collections.abc import Iterator, Mapping, Sequence
 
 from autd_analysis.basics.intervals import Interval
 from autd_analysis.comparisons.numbers import ComparisonResult
 from autd_analysis.data.design import describe_condition
+from autd_analysis.data.table_request import comparison_option
 from autd_analysis.data.trials import Trials
 from autd_analysis.report.wording import (
     and_words,
@@ -21,7 +21,7 @@ from autd_analysis.report.wording import (
     was,
 )
 from autd_analysis.subject import Shown
-from autd_trials.tables import level_text
+from autd_trials.protocol.schema import Comparison
 
 DEFINITIONS: Mapping[str, str] = {
     "difference": (
@@ -128,10 +128,10 @@ def _nothing_compared(trials: Trials) -> Iterator[str]:
     design = trials.design
     compared = next((factor for factor in design.factors if len(factor.levels) > 1), None)
     if compared is not None:
-        first, second = map(level_text, compared.levels[:2])
-        other = next((f"@{factor.name}" for factor in design.factors if factor != compared), "")
-        example = shlex.quote(f"{compared.name}={first},{second}{other}")
-        yield f"To compare two levels of a factor within participants: --compare {example}"
+        first, second = compared.levels[:2]
+        other = next((factor.name for factor in design.factors if factor != compared), None)
+        example = Comparison.model_construct(factor=compared.name, first=first, second=second, at_each=other)
+        yield f"To compare two levels of a factor within participants: {comparison_option(example)}"
     else:
         yield "There is one condition only."
 

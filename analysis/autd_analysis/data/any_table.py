@@ -1,299 +1,477 @@
-"""Trials from any table of single answers: CSV or TSV, whoever recorded it."""
+"""Trials from any table of answers, whoever recorded it: CSV or TSV, one file or several."""
 
+import glob
 import re
-import shlex
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from autd_analysis.data.any_row import is_simulated, trial_row
-from autd_analysis.data.checks import look_alikes, trial_warnings, uneven_cells
-from autd_analysis.data.design import Design, StudyFactor, refuse_reserved
-from autd_analysis.data.trial_table import TABLE_SUFFIX, TrialRow
+from autd_analysis.data.any_columns import (
+    bare_stem,
+    columns_of,
+    factor_names,
+    is_bids,
+    participants_from_names,
+    refuse_nonsense,
+    require_columns,
+)
+from autd_analysis.data.any_factors import (
+    checked_comparisons,
+    refuse_strange_factors,
+    refuse_too_many,
+    study_factor,
+)
+from autd_analysis.data.any_lines import (
+    expanded,
+    table_lines,
+    with_catch,
+    with_sessions,
+    without_empty,
+    without_excluded,
+)
+from autd_analysis.data.any_remarks import (
+    empty,
+    from_names,
+    look_alikes,
+    mixed_origins,
+    not_read,
+    of_answers,
+    of_catch_trials,
+    of_levels,
+    of_nobody,
+    of_tables,
+    slow,
+)
+from autd_analysis.data.any_row import Line, Meaning, is_simulated, trial_row
+from autd_analysis.data.any_words import (
+    TRIAL_STATUS,
+    TRIAL_TYPES,
+    answers,
+    few,
+    is_missing,
+    joined_labels,
+    levels_of,
+    one_label,
+    plain_words,
+)
+from autd_analysis.data.checks import copies, trial_warnings, uneven_cells
+from autd_analysis.data.design import Design
+from autd_analysis.data.table_request import (
+    Choice,
+    TableRequest,
+    choice_option,
+    columns_option,
+    command,
+    parse_choices,
+    parse_columns,
+    parse_comparison,
+    parse_words,
+    words_option,
+)
+from autd_analysis.data.trial_table import TrialRow
 from autd_analysis.data.trials import Trials, data_frame
 from autd_trials.errors import UsageError
-from autd_trials.protocol.schema import Comparison, Level
-from autd_trials.tables import MISSING_WORDS, Table, level_text, number, read_table
+from autd_trials.protocol.schema import Comparison
+from autd_trials.tables import Table, level_text, number
+from autd_trials.tables import read_table as read_text
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+_UNSAID = {"trial_type": "stimulus", "trial_status": "complete"}
+"""What holds of trials where no column says it."""
 
-KNOWN = (
-    "participant",
-    "response",
-    "session",
-    "block",
-    "trial",
-    "trial_type",
-    "trial_status",
-    "response_time",
-    "onset_lateness",
-    "start_margin",
-    "silent_before",
-    "emitting_after",
-    "presses_before_onset",
-    "presses_late",
-    "underruns",
-    "simulated",
+_LIKE_CATCH = re.compile(
+    r"^(1|true|yes)$|catch|no|blank|absent|null|sham|empty|zero|ohne|kein", re.IGNORECASE
 )
-"""What a table may have besides factors; the first two are needed. Times are in s."""
 
-_MOST_LEVELS = 50
-
-
-@dataclass(frozen=True)
-class TableRequest:
-    """How to read a table.
-
-    Attributes
-    ----------
-    columns
-        The table's column for each of our names: those in `KNOWN`, and factors. A column `simulated` is
-        always read.
-    levels
-        Order of a factor's levels; those that are not named are refused. Others: as numbers, or by the
-        alphabet.
-    comparisons
-        What to compare.
-    """
-
-    columns: Mapping[str, str]
-    levels: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    comparisons: tuple[Comparison, ...] = ()
+Typed = str | Sequence[str]
+Chosen = Typed | Mapping[str, object]
 
 
-def read_any_table(path: Path, request: TableRequest) -> Trials:
-    """Read a table of single answers.
-
-    Without a column for trials every line is a trial of its own, and their order tells nothing. Lines without
-    an answer, interrupted ones and practice are kept but not counted, and said to be. A BIDS table of events
-    (``*_events.tsv``) needs no names for those columns that are called as in `KNOWN`, and may have
-    participant and session in its name.
+def read_table(
+    paths: str | Path | Sequence[str | Path],
+    *,
+    columns: str | Mapping[str, str],
+    levels: Mapping[str, Sequence[object]] | None = None,
+    compare: Typed | Sequence[Comparison] = (),
+    yes: object = (),
+    catch: Chosen = (),
+    exclude: Chosen = (),
+    ignore: Typed = (),
+    participant: str | None = None,
+    encoding: str | None = None,
+) -> Trials:
+    """Read a table of answers, as ``autd-trials analyse`` does with the options of the same names.
 
     Parameters
     ----------
-    path
-        Delimited text, as `autd_trials.tables.read_table` takes it.
+    paths
+        One file, several, or a pattern such as ``"data/*.csv"``: CSV or TSV, also with semicolons, decimal
+        commas, in UTF-16 or Latin-1, or packed by gzip. Files are read as one table; without a column of
+        participants their names say whose answers they have.
+    columns
+        The table's column for each of our names, as ``{"participant": "who", "hz": "freq", ...}`` or
+        ``"participant=who,response=felt,hz=freq"``. What is none of
+        `autd_analysis.data.any_columns.KNOWN` is a factor. ``felt`` and ``n`` instead of ``response`` are counts: so many of so many trials in a line.
+    levels
+        The order of factors' levels.
+    compare
+        What to compare within participants, as ``"clothing=inner,outer@hz"``.
+    yes
+        The answers that mean felt (or right); all others then do not.
+    catch
+        What makes a line a catch trial, as ``{"amplitude": 0}`` or ``"amplitude=0"``.
+    exclude
+        Lines that are left out, as ``{"participant": ["P3", "P7"]}`` or ``"phase=practice"``.
+    ignore
+        Columns of which it is not said that they were not read.
+    participant
+        Whose answers these are, if the table does not say so.
+    encoding
+        The files' encoding, if it is not found.
+
+    Returns
+    -------
+    Trials
+        The trials; its `warnings` say what was not read, not counted, or taken for something.
+
+    Raises
+    ------
+    UsageError
+        A table cannot be read, lacks a column, or has answers, levels or trials that make no sense.
+    """
+    listed = [paths] if isinstance(paths, str | Path) else list(paths)
+    request = TableRequest(
+        columns=parse_columns(columns) if isinstance(columns, str) else dict(columns),
+        levels={name: tuple(map(_typed, words)) for name, words in (levels or {}).items()},
+        comparisons=tuple(
+            parse_comparison(each) if isinstance(each, str) else each
+            for each in ([compare] if isinstance(compare, str) else compare)
+        ),
+        yes=_several(yes),
+        catch=_choices(catch, "--catch"),
+        exclude=_choices(exclude, "--exclude"),
+        ignore=_several(ignore),
+        participant=participant,
+        encoding=encoding,
+    )
+    return read_any_table(table_paths(listed), request)
+
+
+def table_paths(named: Sequence[str | Path]) -> tuple[Path, ...]:
+    """Return the files that names and patterns mean, each once, those of a pattern in the order of names.
+
+    Raises
+    ------
+    UsageError
+        A pattern fits no file, or a file is named twice.
+    """
+    paths: list[Path] = []
+    for each in named:
+        path = Path(each)
+        if path.exists() or not glob.has_magic(str(each)):
+            paths.append(path)
+            continue
+        found = sorted(Path(name) for name in glob.glob(str(each)) if Path(name).is_file())  # noqa: PTH207
+        if not found:
+            raise UsageError("no file fits this pattern", where=str(each), do="name files that are there")
+        paths += found
+    twice = [path for path, count in Counter(path.resolve() for path in paths).items() if count > 1]
+    if twice:
+        raise UsageError("the file is named twice", where=str(twice[0]), do="name it once")
+    return tuple(paths)
+
+
+def read_any_table(paths: Sequence[Path], request: TableRequest) -> Trials:
+    """Read tables of answers as one.
+
+    Without a column for trials every line is a trial of its own, and their order tells nothing. Lines without
+    an answer, interrupted ones and practice are kept but not counted, and said to be. A BIDS table of events
+    (``*_events.tsv``) needs no names for those columns that are called as in
+    `autd_analysis.data.any_columns.KNOWN`, and may have participant and session in its name.
+
+    Parameters
+    ----------
+    paths
+        The files, at least one: delimited text, as `autd_trials.tables.read_table` takes it from others.
     request
         Which column is what.
 
     Raises
     ------
     UsageError
-        The table cannot be read, lacks a column, or has answers, levels or trials that make no sense.
+        A table cannot be read, lacks a column, or has answers, levels or trials that make no sense.
     """
-    file = read_table(path, "table").with_decimal_points()
-    columns = _columns(path, request, file.header)
-    names = _factor_names(path, columns, file.header)
-    stray = [name for name in request.levels if name not in names]
-    if stray:
-        raise UsageError(
-            f"--levels names {', '.join(stray)}, which is no factor",
-            where=str(path),
-            do=f"name {', '.join(names)}",
-        )
-    lines = _lines(file, columns, _entities(path))
+    refuse_nonsense(request)
+    refuse_strange_factors(request)
+    where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
+    tables = [_read(path, request) for path in paths]
+    columns = [columns_of(table, request) for table in tables]
+    labels = participants_from_names(paths) if request.participant is None else None
+    for table, its_columns in zip(tables, columns, strict=True):
+        require_columns(table, its_columns, request, names_tell=labels is not None)
+    names = factor_names(request)
+    read = [
+        line
+        for file, (table, its_columns) in enumerate(zip(tables, columns, strict=True))
+        for line in table_lines(file, table, its_columns, _known_otherwise(table.path, file, labels, request))
+    ]
+    if not read:
+        raise UsageError("the table has no trials", where=where)
+    kept, excluded = without_excluded(read, request.exclude)
+    levels = {name: levels_of(list(dict.fromkeys(line.cells[name] for line in kept))) for name in names}
+    answered, skipped = without_empty(kept, levels)
+    lines = with_sessions(expanded(with_catch(answered, request.catch), where))
     if not lines:
-        raise UsageError("the table has no trials", where=str(path))
-    factors = tuple(_factor(path, name, lines, request) for name in names)
-    design = Design(path.stem, None, factors, _checked(path, request.comparisons, factors))
-    rows = [trial_row(where, cells, line, factors) for line, (where, cells) in enumerate(lines, start=1)]
-    _refuse_duplicates(lines, rows)
-    if not any(row.used for row in rows):
-        raise UsageError("no trial is complete and answered", where=str(path))
-    simulated = [is_simulated(where, cells) for where, cells in lines]
+        raise UsageError("no line is left to be a trial", where=where, do="exclude fewer lines")
+    types = _trial_types(lines)
+    _refuse_status(lines, request)
+    understood = _answers(lines, request)
+    counted, catch = _counted(lines, types, understood)
+    if not counted:
+        kinds = "is complete and answered" if not catch else "that is no catch trial is complete and answered"
+        raise UsageError(f"no trial {kinds}", where=where)
+    factors = tuple(study_factor(name, counted, catch, levels[name], request, where) for name in names)
+    refuse_too_many(factors, where, request)
+    design = Design(
+        title(paths), None, factors, checked_comparisons(where, request.comparisons, factors, levels)
+    )
+    meaning = Meaning(
+        participants=one_label(line.cells["participant"] for line in lines),
+        sessions=one_label(line.cells["session"] for line in lines),
+        trial_types=types,
+        answers=understood,
+        levels={name: of.of for name, of in levels.items()},
+        conditions={factor.name: factor.levels for factor in factors},
+    )
+    rows = _numbered_through(
+        [trial_row(line, count, meaning) for count, line in enumerate(lines, start=1)], lines
+    )
+    _refuse_duplicates(lines, rows, request)
+    simulated = [is_simulated(line) for line in lines]
     return Trials(
         design=design,
         table=data_frame(rows, design),
         simulated=any(simulated),
         warnings=(
-            *trial_warnings([], {path: rows}, design),
+            *of_tables(tables),
+            *copies(paths),
+            *from_names(paths, labels, columns),
+            *of_nobody(rows),
+            *joined_labels("participants", meaning.participants),
+            *joined_labels("sessions", meaning.sessions),
+            *trial_warnings([], {_shown(paths): rows}, design),
             *uneven_cells(rows),
-            *_look_alikes(design),
-            *_not_read(file.header, columns),
-            *_mixed_origins(simulated),
-            *_uneven_catch_trials(rows, factors),
+            *look_alikes(design),
+            *of_levels(factors, levels, request),
+            *excluded,
+            *empty(skipped),
+            *of_answers(meaning.answers, request, columns),
+            *of_catch_trials(rows, lines, factors, levels),
+            *slow(rows, request),
+            *not_read(tables, columns, request),
+            *mixed_origins(simulated),
         ),
-        inputs=(path,),
-        ordered="trial" in columns,
-        command=_command(path, request),
+        inputs=tuple(paths),
+        ordered=all("trial" in its_columns for its_columns in columns),
+        command=command(paths, request),
     )
 
 
-def _columns(path: Path, request: TableRequest, header: Sequence[str]) -> dict[str, str]:
-    """Return the table's column for each of our names, also of those that need not be named."""
-    unknown = [column for column in request.columns.values() if column not in header]
+def _several(words: object) -> tuple[str, ...]:
+    if isinstance(words, str):
+        return parse_words([words])
+    return tuple(map(_typed, words)) if isinstance(words, Iterable) else (_typed(words),)
+
+
+def _typed(word: object) -> str:
+    """Return a word or number of Python as it is typed."""
+    is_number = isinstance(word, int | float) and not isinstance(word, bool)
+    return level_text(word) if is_number else str(word)  # type: ignore[arg-type]
+
+
+def _choices(chosen: Chosen, option: str) -> tuple[Choice, ...]:
+    if isinstance(chosen, Mapping):
+        return tuple((name, word) for name, words in chosen.items() for word in _several(words))
+    return parse_choices([chosen] if isinstance(chosen, str) else chosen, option)
+
+
+def title(paths: Sequence[Path]) -> str:
+    """Return what the study is called: as its file, or as the folder of its files."""
+    if len(paths) == 1:
+        return bare_stem(paths[0])
+    return paths[0].resolve().parent.name or bare_stem(paths[0])
+
+
+def _shown(paths: Sequence[Path]) -> Path:
+    return paths[0] if len(paths) == 1 else Path(f"{len(paths)} tables")
+
+
+def _read(path: Path, request: TableRequest) -> Table:
+    table = read_text(path, "table", foreign=True, encoding=request.encoding).with_decimal_points()
+    return replace(table, header=tuple(plain_words(name) for name in table.header))
+
+
+def _known_otherwise(
+    path: Path, file: int, labels: Sequence[str] | None, request: TableRequest
+) -> dict[str, str]:
+    """Return cells that a file's name, or what was asked for, says of all its lines."""
+    known = {"session": _session(path) or "", "response": "", **_UNSAID}
+    if request.participant is not None:
+        known["participant"] = request.participant
+    elif labels is not None:
+        known["participant"] = labels[file]
+    return known
+
+
+def _session(path: Path) -> str | None:
+    if not is_bids(path):
+        return None
+    parts = dict(part.split("-", 1) for part in path.name.split("_") if "-" in part)
+    return parts.get("ses")
+
+
+def _trial_types(lines: Sequence[Line]) -> dict[str, str]:
+    """Return what each word for a type of trial means."""
+    found = Counter(line.cells["trial_type"] for line in lines)
+    types = {word: TRIAL_TYPES.get(word.lower(), "") for word in found}
+    types |= {word: "stimulus" for word in found if is_missing(word)}
+    unknown = sorted(word for word, kind in types.items() if not kind)
     if unknown:
+        first = next(line for line in lines if line.cells["trial_type"] in unknown)
+        catch = min(unknown, key=lambda word: (not _LIKE_CATCH.search(word), found[word]))
         raise UsageError(
-            f"there is no column {', '.join(map(repr, unknown))}",
-            where=f"{path}:1",
-            do=f"name some of {', '.join(header)}",
+            f"trial_type is {', '.join(map(repr, unknown[:5]))}",
+            where=first.where,
+            do="write stimulus, catch or practice, or say which is that of catch trials: "
+            f"{choice_option('--catch', 'trial_type', catch)}",
         )
-    understood = KNOWN if path.name.endswith(TABLE_SUFFIX) else ("simulated",)
-    taken = set(request.columns.values())
-    return {name: name for name in understood if name in header and name not in taken} | dict(request.columns)
+    return types
 
 
-def _entities(path: Path) -> dict[str, str]:
-    """Return participant and session as a BIDS table's name has them."""
-    found = re.match(r"sub-(?P<participant>[A-Za-z0-9]+)_(ses-(?P<session>[A-Za-z0-9]+)_)?", path.name)
-    is_bids = found and path.name.endswith(TABLE_SUFFIX)
-    return {name: label for name, label in found.groupdict().items() if label} if found and is_bids else {}
+def _counted(
+    lines: Sequence[Line], types: Mapping[str, str], understood: Mapping[str, bool | None]
+) -> tuple[list[Line], list[Line]]:
+    """Return the lines of complete and answered stimuli, and those of catch trials."""
+    stimuli, catch = (
+        [line for line in lines if types[line.cells["trial_type"]] == kind] for kind in ("stimulus", "catch")
+    )
+    counted = [
+        line
+        for line in stimuli
+        if understood[line.cells["response"]] is not None
+        and TRIAL_STATUS[line.cells["trial_status"].lower()] == "complete"
+    ]
+    return counted, catch
 
 
-def _factor_names(path: Path, columns: Mapping[str, str], header: Sequence[str]) -> list[str]:
-    """Return the names of the factors; refuses if something that is needed is not named."""
-    for needed in KNOWN[:2]:
-        if needed not in columns and needed not in _entities(path):
+def _refuse_status(lines: Sequence[Line], request: TableRequest) -> None:
+    """Raise UsageError if a word for the status of a trial is not understood."""
+    found = dict.fromkeys(line.cells["trial_status"] for line in lines)
+    unknown = [word for word in found if word.lower() not in TRIAL_STATUS]
+    if unknown:
+        rest = {ours: theirs for ours, theirs in request.columns.items() if ours != "trial_status"}
+        first = next(line for line in lines if line.cells["trial_status"] in unknown)
+        raise UsageError(
+            f"trial_status is {few([repr(word) for word in unknown])}",
+            where=first.where,
+            do="write complete or interrupted, or leave it out: "
+            + (
+                columns_option(rest)
+                if len(unknown) == len(found)
+                else choice_option("--exclude", "trial_status", *unknown)
+            ),
+        )
+
+
+def _answers(lines: Sequence[Line], request: TableRequest) -> dict[str, bool | None]:
+    """Return what each answer means."""
+    found = Counter(line.cells["response"] for line in lines)
+    understood = answers(found, request.yes)
+    unknown = [word for word in found if word not in understood]
+    if unknown:
+        first = next(line for line in lines if line.cells["response"] in unknown)
+        if not request.yes and _are_rates(found):
             raise UsageError(
-                f"no column is named for {needed}",
-                where=str(path),
-                do=f"add {needed}=COLUMN to --columns; the columns are {', '.join(header)}",
+                f"response is {few([repr(word) for word in unknown])}, which is no answer but a rate",
+                where=first.where,
+                do="give a line a trial, or counts: felt=COLUMN,n=COLUMN in --columns",
             )
-    names = [name for name in columns if name not in KNOWN]
-    if not names:
-        others = ", ".join(column for column in header if column not in columns.values()) or "none"
-        raise UsageError(
-            "no factor is named",
-            where=str(path),
-            do=f"add FACTOR=COLUMN to --columns, such as clothing=cloth; other columns are {others}",
+        stray = sum(found[word] for word in unknown) * 10 < len(lines) and len(unknown) <= 5
+        advice = (
+            f"write 1, 0 or n/a, or leave such lines out: {first.excluding('response')}"
+            if stray
+            else f"say which mean felt, as in {words_option('--yes', [_likely_yes(unknown)])}"
         )
-    refuse_reserved(names, str(path), "call it otherwise in --columns: NAME=COLUMN")
-    return names
+        raise UsageError(
+            f"response is {few([repr(word) for word in unknown])}, which is no yes or no",
+            where=first.where,
+            do=advice,
+        )
+    if request.yes and True not in understood.values():
+        words = [word for word, meaning in understood.items() if meaning is not None]
+        raise UsageError(
+            f"no answer is {' or '.join(request.yes)}; they are {few(words) or 'all missing'}",
+            where="--yes",
+            do=f"name some of them, as in {words_option('--yes', [_likely_yes(words)])}" if words else None,
+        )
+    return understood
 
 
-def _lines(
-    file: Table, columns: Mapping[str, str], entities: Mapping[str, str]
-) -> list[tuple[str, dict[str, str]]]:
-    """Return each line's place and its cells under our names."""
+def _are_rates(found: Iterable[str]) -> bool:
+    """Return whether answers are shares of trials."""
+    values = [number(word) for word in found]
+    shares = [value for value in values if value is not None and 0 <= value <= 1]
+    return len(shares) == len(values) and len(set(shares) - {0, 1}) > 1
+
+
+def _likely_yes(words: Sequence[str]) -> str:
+    """Return which of the answers may mean felt: the largest number, or the first word."""
+    numbers = [word for word in words if number(word) is not None]
+    return (
+        max(numbers, key=lambda word: number(word) or 0) if len(numbers) == len(words) else sorted(words)[0]
+    )
+
+
+def _numbered_through(rows: Sequence[TrialRow], lines: Sequence[Line]) -> list[TrialRow]:
+    """Return the trials of each session numbered through it, where numbers begin anew in each block."""
+    if "block" not in lines[0].cells or "trial" not in lines[0].cells:
+        return list(rows)
+    keys = [
+        (row.participant, row.session, row.block, row.trial) for row in rows if row.trial_status == "complete"
+    ]
+    in_session = {(participant, session, trial) for participant, session, _, trial in keys}
+    if len(in_session) == len(keys) or len(set(keys)) < len(keys):
+        return list(rows)
+    places: dict[tuple[str, str], set[tuple[int, int]]] = defaultdict(set)
+    for row in rows:
+        places[row.participant, row.session].add((row.block, row.trial))
+    numbers = {
+        (session, place): count
+        for session, its_places in places.items()
+        for count, place in enumerate(sorted(its_places), start=1)
+    }
     return [
-        (place, {**entities, **{ours: cells[theirs] for ours, theirs in columns.items()}})
-        for place, cells in file.records()
+        replace(row, trial=numbers[(row.participant, row.session), (row.block, row.trial)]) for row in rows
     ]
 
 
-def _look_alikes(design: Design) -> "Iterator[str]":
-    for factor in design.factors:
-        for words in look_alikes(map(level_text, factor.levels)):
-            yield f"levels of {factor.name} that differ only in case: {words}; are they one?"
-
-
-def _not_read(header: Sequence[str], columns: Mapping[str, str]) -> "Iterator[str]":
-    others = [column for column in header if column not in columns.values()]
-    if others:
-        yield f"columns of the table that were not read: {', '.join(others)}"
-
-
-def _mixed_origins(simulated: Sequence[bool]) -> "Iterator[str]":
-    if any(simulated) and not all(simulated):
-        yield (
-            f"{sum(simulated)} of {len(simulated)} lines are of simulated participants and the others are "
-            "not: results of a mixture are neither"
-        )
-
-
-def _uneven_catch_trials(rows: Sequence[TrialRow], factors: Sequence[StudyFactor]) -> "Iterator[str]":
-    catch = [row for row in rows if row.trial_type == "catch"]
-    for factor in factors:
-        without = sum(row.levels[factor.name] is None for row in catch)
-        if 0 < without < len(catch):
-            yield (
-                f"{without} of {len(catch)} catch trials have no level of {factor.name}: false alarms of all "
-                "its levels are taken together"
-            )
-
-
-def _command(path: Path, request: TableRequest) -> str:
-    """Return what a person types to read the table so."""
-    words = ["autd-trials", "analyse", path.name]
-    if request.columns:
-        words += ["--columns", ",".join(f"{name}={column}" for name, column in request.columns.items())]
-    for name, levels in request.levels.items():
-        words += ["--levels", f"{name}={','.join(levels)}"]
-    for comparison in request.comparisons:
-        at = f"@{comparison.at_each}" if comparison.at_each else ""
-        levels = [level_text(comparison.first), level_text(comparison.second)]
-        words += ["--compare", f"{comparison.factor}={','.join(levels)}{at}"]
-    return shlex.join(words)
-
-
-def _factor(
-    path: Path, name: str, lines: Sequence[tuple[str, dict[str, str]]], request: TableRequest
-) -> StudyFactor:
-    found = {cells[name] for _, cells in lines if cells[name].lower() not in MISSING_WORDS}
-    words = list(request.levels.get(name, ())) or sorted(found, key=_order)
-    numeric = all(number(word) is not None for word in [*words, *found])
-    # 25 and 25.0 are one level.
-    levels: tuple[Level, ...] = tuple(dict.fromkeys(float(word) if numeric else word for word in words))
-    if not 1 <= len(levels) <= _MOST_LEVELS:
-        raise UsageError(f"{name} has {len(levels)} levels", where=str(path), do="is it a factor?")
-    catch = [cells[name] for _, cells in lines if cells.get("trial_type") == "catch"]
-    with_level = [word for word in catch if word.lower() not in MISSING_WORDS]
-    # What catch trials have a level of they share with the stimuli around them, as clothes do.
-    factor = StudyFactor(name, levels, {}, within_block=not catch or len(with_level) < len(catch))
-    strange = sorted((word for word in found if factor.parse(word) is None), key=_order)
-    if strange:
-        raise UsageError(
-            f"{name} has levels that --levels does not name: {', '.join(strange)}",
-            where=str(path),
-            do="name all levels, or leave that factor out of --levels",
-        )
-    return factor
-
-
-def _checked(
-    path: Path, comparisons: tuple[Comparison, ...], factors: Sequence[StudyFactor]
-) -> tuple[Comparison, ...]:
-    """Return the comparisons with their levels as the factors have them."""
-    known = {factor.name: factor for factor in factors}
-    checked = []
-    for comparison in comparisons:
-        for name in filter(None, (comparison.factor, comparison.at_each)):
-            if name not in known:
-                raise UsageError(
-                    f"{name} is compared but no factor", where=str(path), do=f"name {', '.join(known)}"
-                )
-        if comparison.at_each == comparison.factor:
-            raise UsageError(
-                f"{comparison.factor} is compared at each of its own levels",
-                where=str(path),
-                do="name another factor after @, or none",
-            )
-        factor = known[comparison.factor]
-        levels = [factor.parse(level_text(level)) for level in (comparison.first, comparison.second)]
-        if None in levels or levels[0] == levels[1]:
-            allowed = ", ".join(map(level_text, factor.levels))
-            raise UsageError(
-                f"{comparison.first} and {comparison.second} are not two levels of {factor.name}",
-                where=str(path),
-                do=f"compare two of {allowed}" if len(factor.levels) > 1 else "there is one condition only",
-            )
-        found = comparison.model_copy(update={"first": levels[0], "second": levels[1]})
-        mirrored = comparison.model_copy(update={"first": levels[1], "second": levels[0]})
-        if found in checked or mirrored in checked:
-            raise UsageError("--compare asks for the same comparison twice", where=str(path), do="ask once")
-        checked.append(found)
-    return tuple(checked)
-
-
-def _refuse_duplicates(lines: Sequence[tuple[str, dict[str, str]]], rows: Sequence[TrialRow]) -> None:
+def _refuse_duplicates(lines: Sequence[Line], rows: Sequence[TrialRow], request: TableRequest) -> None:
     seen: dict[tuple[str, str, int], str] = {}
-    for (where, cells), row in zip(lines, rows, strict=True):
-        if not cells.get("trial") or row.trial_status != "complete":
+    for line, row in zip(lines, rows, strict=True):
+        if is_missing(line.cells.get("trial", "")) or row.trial_status != "complete":
             continue
         key = (row.participant, row.session, row.trial)
         if key in seen:
+            rest = {ours: theirs for ours, theirs in request.columns.items() if ours != "trial"}
+            without = (
+                columns_option(rest)
+                if "trial" in request.columns
+                else words_option("--ignore", [*request.ignore, "trial"])
+            )
             raise UsageError(
                 f"trial {row.trial} of {row.participant} is complete twice, here and in {seen[key]}",
-                where=where,
-                do="take one of them out, name the column of sessions, number trials through the session, or "
-                "leave trial out of --columns",
+                where=line.where,
+                do="take one of them out, name the column of sessions or of blocks, or leave the numbers of "
+                f"trials out: {without}",
             )
-        seen[key] = where
-
-
-def _order(word: str) -> tuple[int, float, str]:
-    """Numbers by size, words after them by the alphabet."""
-    value = number(word)
-    return (1, 0.0, word) if value is None else (0, value, word)
+        seen[key] = line.where

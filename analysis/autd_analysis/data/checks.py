@@ -2,6 +2,8 @@
 
 import hashlib
 import itertools
+import re
+import unicodedata
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -14,6 +16,8 @@ from autd_trials.records.problem import Problem, in_short, unexplained
 from autd_trials.records.protocol_hash import protocol_sha256
 
 Rows = Mapping[Path, Sequence[TrialRow]]
+
+_MOST_NAMED = 5
 
 
 def record_warnings(problems: Sequence[Problem]) -> tuple[str, ...]:
@@ -47,7 +51,7 @@ def session_warnings(
         *_mixed_origins(sessions),
         *_versions(sessions),
         *_unpaired_files(sessions, tables),
-        *_copies(tables),
+        *copies(tables),
         *(f"{log.name}: the session never began (its first line is not whole)" for log in never_begun),
         *_bad_ends(sessions),
     )
@@ -75,11 +79,22 @@ def trial_warnings(sessions: Sequence[LoggedSession], rows: Rows, design: Design
     )
 
 
-def look_alikes(words: Iterable[str]) -> tuple[str, ...]:
-    """Return words that differ only in case, those that belong together in one text."""
+def copies(tables: Sequence[Path]) -> Iterator[str]:
+    """Yield which tables are the same."""
+    by_content = defaultdict(list)
+    for table in tables:
+        by_content[hashlib.sha256(table.read_bytes()).hexdigest()].append(table.name)
+    for names in by_content.values():
+        if len(names) > 1:
+            yield f"these trial tables are the same byte for byte, so one may be a copy: {', '.join(names)}"
+
+
+def alike_words(words: Iterable[str]) -> tuple[str, ...]:
+    """Return words that differ only in case, spaces or leading zeros, those that do in one text."""
     alike: dict[str, set[str]] = defaultdict(set)
     for word in words:
-        alike[word.casefold()].add(word)
+        bare = re.sub(r"[\s_]+", "", unicodedata.normalize("NFKC", word).casefold())
+        alike[re.sub(r"(?<![\d.,])0+(?=\d)", "", bare)].add(word)
     return tuple(", ".join(sorted(group)) for _, group in sorted(alike.items()) if len(group) > 1)
 
 
@@ -124,15 +139,6 @@ def _unpaired_files(sessions: Sequence[LoggedSession], tables: Sequence[Path]) -
         yield f"{name} has a raw log but no trial table, so it is not counted (make it: autd-trials export)"
     for name in sorted(in_tables - in_logs):
         yield f"{name} has a trial table but no raw log: plan and origin (simulated?) are not known"
-
-
-def _copies(tables: Sequence[Path]) -> Iterator[str]:
-    by_content = defaultdict(list)
-    for table in tables:
-        by_content[hashlib.sha256(table.read_bytes()).hexdigest()].append(table.name)
-    for names in by_content.values():
-        if len(names) > 1:
-            yield f"these trial tables are the same byte for byte, so one may be a copy: {', '.join(names)}"
 
 
 def _bad_ends(sessions: Sequence[LoggedSession]) -> Iterator[str]:
@@ -190,8 +196,8 @@ def _pooled_sessions(rows: Rows) -> Iterator[str]:
 
 def _similar_participants(rows: Rows) -> Iterator[str]:
     labels = {row.participant for row in itertools.chain.from_iterable(rows.values())}
-    for words in look_alikes(labels):
-        yield f"participants that differ only in case: {words}; are they one?"
+    for words in alike_words(labels):
+        yield f"participants that look alike: {words}; are they one?"
 
 
 def _missing_cells(rows: Rows, design: Design) -> Iterator[str]:
@@ -203,5 +209,6 @@ def _missing_cells(rows: Rows, design: Design) -> Iterator[str]:
     for participant, cells in sorted(filled.items()):
         missing = [cell for cell in conditions(design.factors) if frozenset(cell) not in cells]
         if missing:
-            cells_in_words = "; ".join(describe_condition(cell) for cell in missing)
-            yield f"sub-{participant} has no counted stimulus in: {cells_in_words}"
+            cells_in_words = "; ".join(describe_condition(cell) for cell in missing[:_MOST_NAMED])
+            more = f"; and {len(missing) - _MOST_NAMED} more" if len(missing) > _MOST_NAMED else ""
+            yield f"sub-{participant} has no counted stimulus in: {cells_in_words}{more}"

@@ -20,6 +20,7 @@ from autd_analysis.psychometric.hierarchical import (
 )
 from autd_analysis.psychometric.intervals import CurveIntervals, profile_intervals
 from autd_analysis.psychometric.model import Answers, Model, answers, axis_of
+from autd_analysis.psychometric.options import DEFAULT, PsychometricOptions
 from autd_analysis.psychometric.resampling import Resampled, resample
 from autd_trials.errors import UsageError
 
@@ -111,21 +112,25 @@ class PsychometricResults:
         return f"{self.core.name} along {self.axis.unit}s"
 
 
-def all_psychometric_results(trials: Trials) -> tuple[PsychometricResults, ...]:
+def all_psychometric_results(
+    trials: Trials, options: PsychometricOptions = DEFAULT
+) -> tuple[PsychometricResults, ...]:
     """Return the functions along every factor that has three or more numbers as its levels.
 
     Where an adaptive method chose the levels, along what it varied alone.
     """
     if trials.design.method is not None:
-        return (psychometric_results(trials, trials.design.method.varies),)
+        return (psychometric_results(trials, trials.design.method.varies, options),)
     return tuple(
-        psychometric_results(trials, factor.name)
+        psychometric_results(trials, factor.name, options)
         for factor in trials.design.factors
         if len(factor.levels) >= FEWEST_LEVELS and not any(isinstance(level, str) for level in factor.levels)
     )
 
 
-def psychometric_results(trials: Trials, along: str, model: Model | None = None) -> PsychometricResults:
+def psychometric_results(
+    trials: Trials, along: str, options: PsychometricOptions = DEFAULT
+) -> PsychometricResults:
     """Fit the functions along a column of the trials' table.
 
     Parameters
@@ -134,9 +139,8 @@ def psychometric_results(trials: Trials, along: str, model: Model | None = None)
         The trials; those that count are taken.
     along
         The column, a number in every stimulus; it need not be one of a few levels.
-    model
-        The functions' form. If None: the normal distribution, a lapse rate of 0.02, and one guess rate for
-        each participant if he or she has catch trials (or stimuli of level 0), else 0.
+    options
+        The functions' form, and how their rates are found.
 
     Raises
     ------
@@ -152,9 +156,9 @@ def psychometric_results(trials: Trials, along: str, model: Model | None = None)
     people = tuple(
         curve
         for participant, its_table in table.groupby("participant", sort=True)
-        for curve in _participant(str(participant), _cells(its_table, along, axis, cells), axis, model)
+        for curve in _participant(str(participant), _cells(its_table, along, axis, cells), axis, options)
     )
-    core = (model or Model()).core
+    core = options.model(informed=False).core
     groups = tuple(
         _group(cell, [each for each in people if each.condition == cell], core, axis) for cell in cells
     )
@@ -203,10 +207,10 @@ def _cells(
 
 
 def _participant(
-    participant: str, cells: Sequence[tuple[Condition, Answers]], axis: Axis, model: Model | None
+    participant: str, cells: Sequence[tuple[Condition, Answers]], axis: Axis, options: PsychometricOptions
 ) -> Iterator[ParticipantCurve]:
     informed = any(each.catch_n > 0 for _, each in cells)
-    chosen = model or Model(guess="shared" if informed else 0.0)
+    chosen = options.model(informed=informed)
     together = [cells] if chosen.joint else [[cell] for cell in cells]
     for group in together:
         fitted = fit([each for _, each in group], chosen, axis)

@@ -7,6 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from autd_analysis.data.all_trials import ABOUT, trial_columns, trials_sidecar, trials_tsv
 from autd_analysis.report.figures import ResultFigure, SavedFigure, save_figure_of
 from autd_analysis.report.page import report_page
 from autd_analysis.report.provenance import input_hashes, software_versions
@@ -14,9 +15,10 @@ from autd_analysis.report.style import FORMATS
 from autd_analysis.results import Results
 from autd_analysis.subject import Failed, failure
 from autd_trials.errors import DeviceError
+from autd_trials.neutral import markdown
 from autd_trials.protocol.schema import Study
 from autd_trials.records.disk import json_text, replace_text
-from autd_trials.tables import tsv
+from autd_trials.tables import Column, tsv
 
 REPORT = "report.html"
 _BIDS_VERSION = "1.10.0"
@@ -58,8 +60,10 @@ def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMA
         figures, results = _save_figures(results, folder, formats)
         texts = {
             **{f"{table.name}.tsv": tsv(table.columns, table.rows) for table in results.tables},
+            "trials.tsv": trials_tsv(results.trials),
+            "trials.json": json_text(trials_sidecar(results.trials)),
             "results.json": json_text(results_json(results)),
-            "README.md": _readme(results),
+            "README.md": markdown(_readme(results)),
             REPORT: report_page(results, figures),
             **_data_set_files(results),
             **{Failed.file_name(name): failed.traceback for name, failed in results.failures.items()},
@@ -189,11 +193,15 @@ def _readme(results: Results) -> str:
     origin = "SIMULATED PARTICIPANTS: these are no data about people.\n\n" if results.trials.simulated else ""
     warnings = "".join(f"- {warning}\n" for warning in results.remarks) or "None.\n"
     methods = "".join(f"- {method}\n" for method in results.definitions.values())
+    all_tables: list[tuple[str, str, Sequence[Column[Any]]]] = [
+        ("trials", ABOUT, trial_columns(results.trials)),
+        *((table.name, table.about, table.columns) for table in results.tables),
+    ]
     described = "".join(
-        f"### {table.name}.tsv\n\n{table.about}\n\n"
-        + "".join(f"- `{column.name}`: {column.description}\n" for column in table.columns)
+        f"### {name}.tsv\n\n{about}\n\n"
+        + "".join(f"- `{column.name}`: {column.description}\n" for column in columns)
         + "\n"
-        for table in results.tables
+        for name, about, columns in all_tables
     )
     return (
         f"{origin}# {results.trials.design.protocol}: results\n\n"

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from autd_analysis.comparisons import COMPARISONS
 from autd_analysis.comparisons.figure import draw_comparisons
-from autd_analysis.data.any_table import TableRequest, read_any_table
+from autd_analysis.data.any_table import read_any_table
+from autd_analysis.data.table_request import TableRequest
 from autd_analysis.rates import RATES
 from autd_analysis.report.style import figure_style
 from autd_analysis.results import Results
@@ -54,7 +55,7 @@ def results(
         {name: tuple(map(str, each)) for name, each in levels.items()},
         (comparison,),
     )
-    return analyse(read_any_table(path, request), only=["rates", "comparisons", "timing"])
+    return analyse(read_any_table([path], request), only=["rates", "comparisons", "timing"])
 
 
 def result_figure(study: Results) -> Figure:

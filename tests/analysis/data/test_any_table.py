@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 from autd_analysis.comparisons import COMPARISONS
-from autd_analysis.data.any_table import TableRequest, read_any_table
+from autd_analysis.data.any_table import read_any_table
+from autd_analysis.data.table_request import TableRequest
 from autd_analysis.data.trials import Trials
 from autd_analysis.detectability import DETECTABILITY
 from autd_analysis.order import ORDER
@@ -45,7 +46,7 @@ def read(
 ) -> Trials:
     path = tmp_path / name
     path.write_text("\n".join([header, *rows]) + "\n")
-    return read_any_table(path, TableRequest(columns, levels or {}, comparisons))
+    return read_any_table([path], TableRequest(columns, levels or {}, comparisons))
 
 
 def test_rates_and_comparisons_are_those_of_the_table(tmp_path: Path) -> None:
@@ -135,13 +136,13 @@ def test_missing_cells_are_told(tmp_path: Path) -> None:
         ),
         (
             lines(),
-            {"columns": {"participant": "pid", "clothing": "cloth"}},
+            {"columns": {"participant": "pid", "clothing": "cloth"}, "comparisons": ()},
             "no column is named for response",
         ),
         (lines(), {"columns": {"participant": "pid", "response": "felt"}}, "no factor is named"),
         (lines(), {"levels": {"clothing": ["inner", "coat"]}}, "levels that --levels does not name: both"),
         (lines(), {"levels": {"cloth": ["inner", "both"]}}, "--levels names cloth, which is no factor"),
-        (["p1,1,inner,25"], {}, "there is one condition only"),
+        (["p1,1,inner,25"], {}, "there is one level of clothing only"),
         (
             lines(),
             {"comparisons": (COMPARISON.model_copy(update={"factor": "drive"}),)},
@@ -170,7 +171,7 @@ def test_trials_that_are_there_twice_are_told(tmp_path: Path) -> None:
 
 def test_a_missing_table_is_told(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="the table cannot be read"):
-        read_any_table(tmp_path / "none.csv", TableRequest(COLUMNS))
+        read_any_table([tmp_path / "none.csv"], TableRequest(COLUMNS))
 
 
 def test_what_is_not_read_is_said(tmp_path: Path) -> None:
@@ -189,8 +190,8 @@ def test_the_same_number_written_otherwise_is_the_same_level(tmp_path: Path) -> 
 def test_names_that_differ_only_in_case_are_said(tmp_path: Path) -> None:
     rows = [*lines(), *(line.replace("p1", "P1").replace("inner", "Inner") for line in lines())]
     warnings = read(tmp_path, rows).warnings
-    assert "participants that differ only in case: P1, p1; are they one?" in warnings
-    assert "levels of clothing that differ only in case: Inner, inner; are they one?" in warnings
+    assert "participants that look alike: P1, p1; are they one?" in warnings
+    assert "levels of clothing that look alike: Inner, inner; are they one?" in warnings
 
 
 def test_uneven_numbers_of_trials_are_said(tmp_path: Path) -> None:
@@ -221,7 +222,7 @@ def test_numbers_as_pandas_writes_them(tmp_path: Path) -> None:
     ("column", "text", "message"),
     [
         ("response_time", "fast", "response_time is 'fast'"),
-        ("response_time", "0,5", "response_time is '0,5'"),
+        ("response_time", "0,5,1", "response_time is '0,5,1'"),
         ("trial", "1.5", "trial is '1.5'"),
         ("block", "-1", "block is '-1'"),
         ("underruns", "some", "underruns is 'some'"),
@@ -286,7 +287,7 @@ def test_what_was_not_compared_is_said_with_how_to_ask(tmp_path: Path) -> None:
 
 def test_bids_events_need_only_the_factors_to_be_named(chest: StudyWriter) -> None:
     (table,) = chest.folder.glob("sub-03/*/beh/*_events.tsv")
-    trials = read_any_table(table, TableRequest({"clothing": "clothing", "modulation_hz": "modulation_hz"}))
+    trials = read_any_table([table], TableRequest({"clothing": "clothing", "modulation_hz": "modulation_hz"}))
     assert trials.participants == ("03",)
     assert trials.table["session"].unique().tolist() == ["01"]
     assert int(trials.table["felt"].sum()) == sum(CHEST_COUNTS[2])
@@ -295,8 +296,8 @@ def test_bids_events_need_only_the_factors_to_be_named(chest: StudyWriter) -> No
 
 def test_bids_events_without_a_factor_are_told_what_there_is(chest: StudyWriter) -> None:
     (table,) = chest.folder.glob("sub-03/*/beh/*_events.tsv")
-    with pytest.raises(UsageError, match=r"other columns are .*modulation_hz, clothing"):
-        read_any_table(table, TableRequest({}))
+    with pytest.raises(UsageError, match=r"--columns modulation_hz,clothing"):
+        read_any_table([table], TableRequest({}))
 
 
 def test_a_mixture_of_people_and_programs_is_said(tmp_path: Path) -> None:
@@ -306,8 +307,8 @@ def test_a_mixture_of_people_and_programs_is_said(tmp_path: Path) -> None:
     assert any("40 of 160 lines are of simulated participants" in warning for warning in trials.warnings)
 
 
-@pytest.mark.parametrize("name", ["used", "felt", "attempt", "interval", "trials", "median_s"])
+@pytest.mark.parametrize("name", ["used", "rate", "attempt", "interval", "trials", "median_s"])
 def test_a_factor_with_the_name_of_another_column_is_refused(tmp_path: Path, name: str) -> None:
     columns = {"participant": "pid", "response": "felt", name: "cloth"}
     with pytest.raises(UsageError, match=f"a factor is called {name}"):
-        read(tmp_path, lines(), columns=columns, comparisons=())
+        analyse(read(tmp_path, lines(), columns=columns, comparisons=()))

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,9 +11,9 @@ import pytest
 from autd_analysis.data.design import Design, StudyFactor
 from autd_analysis.data.trials import Trials
 from autd_analysis.psychometric import PSYCHOMETRIC
-from autd_analysis.psychometric.functions import LOGISTIC, NORMAL, psychometric_function
-from autd_analysis.psychometric.model import Model
+from autd_analysis.psychometric.functions import NORMAL, psychometric_function
 from autd_analysis.psychometric.numbers import psychometric_results
+from autd_analysis.psychometric.options import PsychometricOptions, read_rate
 from autd_analysis.study import analyse
 
 from autd_trials.errors import UsageError
@@ -109,9 +110,33 @@ def test_levels_that_no_protocol_names_are_taken_from_the_table() -> None:
 
 
 def test_a_model_may_be_asked_for() -> None:
-    found = psychometric_results(adaptive(), "drive", Model(LOGISTIC, guess=0.01, lapse=0.05))
+    found = psychometric_results(
+        adaptive(), "drive", PsychometricOptions(guess=0.01, lapse=0.05, core="logistic")
+    )
     assert found.function == "logistic along octaves"
     assert {(each.curve.guess, each.curve.lapse) for each in found.participants} == {(0.01, 0.05)}
+
+
+@pytest.mark.parametrize(
+    ("asked", "wrong"),
+    [
+        ({"guess": 1.0}, "guess rate is 1"),
+        ({"lapse": -0.1}, "lapse rate is -0.1"),
+        ({"guess": 0.5, "lapse": 0.45}, "0.95 together"),
+        ({"guess": "freely"}, "'freely'"),
+        ({"lapse": math.nan}, "nan"),
+        ({"core": "cauchy"}, "no core 'cauchy'"),
+    ],
+)
+def test_options_that_no_function_can_have_are_refused(asked: dict[str, Any], wrong: str) -> None:
+    with pytest.raises(UsageError, match=wrong):
+        PsychometricOptions(**asked)
+
+
+def test_rates_are_read_as_they_are_typed() -> None:
+    assert [read_rate(word, "guess") for word in ("0.5", "free", "shared")] == [0.5, "free", "shared"]
+    with pytest.raises(UsageError, match="the lapse rate is 'half'"):
+        read_rate("half", "lapse")
 
 
 @pytest.mark.parametrize("along", ["no_such", "trial_type"])

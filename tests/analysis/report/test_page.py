@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 from autd_analysis.comparisons import COMPARISONS
-from autd_analysis.data.any_table import TableRequest, read_any_table
+from autd_analysis.data.any_table import read_any_table
+from autd_analysis.data.table_request import TableRequest
 from autd_analysis.report.writing import write_results
 from autd_analysis.results import Results
 from autd_analysis.study import analyse
@@ -176,7 +177,7 @@ def test_what_people_write_is_shown_and_never_run(tmp_path: Path) -> None:
     path.write_text("\n".join(["who,felt,what,rt", *rows]) + "\n")
     columns = {"participant": "who", "response": "felt", "what": "what", "response_time": "rt"}
     comparison = Comparison.model_construct(factor="what", first=HOSTILE, second="plain", at_each=None)
-    results = analyse(read_any_table(path, TableRequest(columns, comparisons=(comparison,))))
+    results = analyse(read_any_table([path], TableRequest(columns, comparisons=(comparison,))))
     page = written(results, tmp_path / "out").page
     assert page.tags["script"] == page.tags["b"] == 0
     assert HOSTILE in page.words
