@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 from autd_trials.commands.integrity import say_of_records
 from autd_trials.commands.output import print_json, print_text, say
+from autd_trials.commands.progress import progress_bar
 from autd_trials.errors import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from autd_analysis.results import Results
+    from autd_analysis.study import Progress
 
     from autd_trials.protocol.schema import Comparison
 
@@ -63,7 +65,8 @@ def execute(options: argparse.Namespace) -> int:
     from autd_analysis.report.summary import plain_words
     from autd_analysis.report.writing import results_json, write_results
 
-    results, folder = _analyse(options)
+    with progress_bar("subjects") as progress:
+        results, folder = _analyse(options, progress)
     results = write_results(results, folder).results
     if options.json:
         print_json(results_json(results))
@@ -75,7 +78,7 @@ def execute(options: argparse.Namespace) -> int:
     return 1 if results.failures else 0
 
 
-def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
+def _analyse(options: argparse.Namespace, progress: "Progress") -> "tuple[Results, Path]":
     """Return the results and the folder where they go."""
     from autd_analysis.data.any_table import TableRequest, read_any_table
     from autd_analysis.study import analyse
@@ -92,7 +95,7 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
         folder = Path(f"{options.study.stem}-analysis")
         if options.study.parent.name != "beh":  # a data set's own folders are no place for results
             folder = options.study.with_name(folder.name)
-        return analyse(trials, options.only, options.without), options.out or folder
+        return analyse(trials, options.only, options.without, progress=progress), options.out or folder
     if not options.study.exists():
         raise UsageError(
             "there is no such file or folder",
@@ -105,7 +108,7 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
             where=str(options.study),
             do="leave them out, or give a CSV or TSV file",
         )
-    results = analyse(options.study, options.only, options.without)
+    results = analyse(options.study, options.only, options.without, progress=progress)
     say(f"data set: {options.study}")
     say_of_records(options.study, results.trials.problems)
     return results, options.out or analysis_folder(options.study)
