@@ -144,8 +144,7 @@ def fit_glmm(
     model = Marginal(rows, nodes, link)
     begin = model.start() if start is None else start
     if nodes == 1:
-        begin = _newton(Marginal(rows, DEFAULT_NODES, link), begin).parameters
-        return _result(model, _climb_laplace(model, begin))
+        return _result(model, _climb_laplace(model, _newton(Marginal(rows, DEFAULT_NODES, link), begin)))
     return _result(model, _climb(model, begin))
 
 
@@ -264,32 +263,25 @@ def _deviation(model: Marginal, parameters: Array) -> float:
     return math.sqrt((model.split(parameters)[1] ** 2).sum(axis=1).max())
 
 
-def _climb_laplace(model: Marginal, start: Array) -> _Rest:
+def _climb_laplace(model: Marginal, near: _Rest) -> _Rest:
     """Maximise Laplace's approximation, whose slopes are taken by differences, as `_newton` does.
 
-    It starts where the quadrature has its maximum, which is close by.
+    It starts where the quadrature has its maximum, which is close by and has nearly the same information.
     """
-    parameters = start
-    at = _by_differences(model, parameters)
+    function, parameters = model.log_likelihood, near.parameters
+    trouble: Trouble | None = "not at rest"
     for _ in range(_MOST_STEPS):
+        at = Derivatives(function(parameters), _gradient(function, parameters), near.at.information)
         step = _ascent(at)
-        gain = float(at.gradient @ step)
-        size = 1.0
-        while model.log_likelihood(parameters + size * step) < at.value and size > _SMALLEST_STEP:
+        gain, size = float(at.gradient @ step), 1.0
+        while function(parameters + size * step) < at.value and size > _SMALLEST_STEP:
             size /= 2
-        if size <= _SMALLEST_STEP:  # as high as rounding lets it get
-            near = gain < _NEARLY_CONVERGED
-            return _Rest(parameters, at, None if near else "not at rest", rested=near)
-        if gain < _CONVERGED:
-            return _Rest(parameters + size * step, at, None, rested=True)
+        if gain < _CONVERGED or size <= _SMALLEST_STEP:  # as high as rounding lets it get
+            trouble = None if gain < _NEARLY_CONVERGED else trouble
+            break
         parameters = parameters + size * step
-        at = _by_differences(model, parameters)
-    return _Rest(parameters, at, "not at rest", rested=False)
-
-
-def _by_differences(model: Marginal, parameters: Array) -> Derivatives:
-    function = model.log_likelihood
-    return Derivatives(function(parameters), _gradient(function, parameters), -_hessian(function, parameters))
+    at = Derivatives(function(parameters), at.gradient, -_hessian(function, parameters))
+    return _Rest(parameters, at, trouble, rested=trouble is None)
 
 
 def _gradient(function: Callable[[Array], float], at: Array, step: float = 1e-4) -> Array:
