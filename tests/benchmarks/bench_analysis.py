@@ -24,7 +24,8 @@ from autd_analysis.comparisons.numbers import planned_comparisons
 from autd_analysis.data.design import conditions, protocol_design
 from autd_analysis.data.trial_table import TrialRow
 from autd_analysis.data.trials import Trials, data_frame
-from autd_analysis.models.glmm import DEFAULT_NODES, BinomialRows, fit_glmm
+from autd_analysis.models.glmm import fit_glmm
+from autd_analysis.models.marginal import DEFAULT_NODES, BinomialRows
 from autd_analysis.power.model import StudyModel, study_model
 from autd_analysis.power.run import Question, power_analysis
 from autd_analysis.study import analyse

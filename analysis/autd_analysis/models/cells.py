@@ -6,13 +6,14 @@ half a felt and half an unfelt answer that are added to every cell. D. Firth (19
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from autd_analysis.data.contrasts import Contrast
-from autd_analysis.data.design import Condition
-from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.data.design import Condition, describe_condition
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.rates.numbers import ParticipantRate
 
 FEWEST_PARTICIPANTS = 4
@@ -22,7 +23,16 @@ PENALTY = 0.5
 Array = NDArray[np.float64]
 
 
-def compared_rows(rates: Sequence[ParticipantRate], contrast: Contrast) -> tuple[BinomialRows, Array] | None:
+@dataclass(frozen=True)
+class NoModel:
+    """Why there is no model."""
+
+    cause: str
+
+
+def compared_rows(
+    rates: Sequence[ParticipantRate], contrast: Contrast
+) -> tuple[BinomialRows, Array] | NoModel:
     """Return the answers that tell about a comparison, and the weights of their cells in it.
 
     Parameters
@@ -34,18 +44,25 @@ def compared_rows(rates: Sequence[ParticipantRate], contrast: Contrast) -> tuple
 
     Returns
     -------
-    (BinomialRows, array) or None
-        None with fewer than 4 participants, or without trials in a cell that is compared.
+    (BinomialRows, array) or NoModel
+        The cause with fewer than 4 participants, or without trials in a cell that is compared.
     """
     there = [rate for rate in rates if contrast.takes(rate.condition)]
     planned = list(dict.fromkeys(rate.condition for rate in there))
+    people = len({rate.participant for rate in there if rate.n > 0})
+    if people < FEWEST_PARTICIPANTS:
+        return too_few(people)
     rows, cells = cell_rows(there, contrast)
-    needed = {
-        cell for cell, weight in zip(planned, contrast_weights(planned, contrast), strict=True) if weight
-    }
-    if participants(rows) < FEWEST_PARTICIPANTS or not needed <= set(cells):
-        return None
+    weights = zip(planned, contrast_weights(planned, contrast), strict=True)
+    empty = [describe_condition(cell) for cell, weight in weights if weight and cell not in cells]
+    if empty:
+        return NoModel(f"no trials in {'; '.join(empty)}")
     return rows, contrast_weights(cells, contrast)
+
+
+def too_few(people: int) -> NoModel:
+    """Return that a mixed model needs more people."""
+    return NoModel(f"{people} participant(s) with answers, and it takes {FEWEST_PARTICIPANTS}")
 
 
 def cell_rows(
@@ -99,16 +116,3 @@ def penalised(rows: BinomialRows) -> BinomialRows:
     """Return the answers with Firth's penalty, spread over the participants of each cell."""
     share = PENALTY / (rows.fixed @ rows.fixed.sum(axis=0))  # of a cell's penalty, for each of its rows
     return BinomialRows(rows.felt + share, rows.trials + 2 * share, rows.fixed, rows.random, rows.participant)
-
-
-def without(rows: BinomialRows, contrasts: Array) -> BinomialRows:
-    """Return the model in which contrasts of the cells, shape (k, cells), are zero."""
-    return BinomialRows(
-        rows.felt, rows.trials, rows.fixed @ null_space(contrasts), rows.random, rows.participant
-    )
-
-
-def null_space(contrasts: Array) -> Array:
-    """Return an orthonormal basis of what contrasts of full rank, shape (k, cells), do not see."""
-    basis: Array = np.linalg.svd(contrasts)[2][len(contrasts) :].T
-    return basis

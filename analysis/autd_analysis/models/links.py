@@ -9,7 +9,10 @@ Array = NDArray[np.float64]
 
 
 class Link(Protocol):
-    """A link whose binomial log likelihood is concave in the linear predictor."""
+    """A link of the linear predictor to the probability.
+
+    Where the binomial log likelihood is concave in the predictor, its curvature serves to search by, too.
+    """
 
     def probability(self, predictor: Array) -> Array:
         """Return the probability of "felt"."""
@@ -22,6 +25,9 @@ class Link(Protocol):
 
     def derivatives(self, felt: Array, trials: Array, predictor: Array) -> tuple[Array, Array]:
         """Return its first derivative by the predictor, and the negative second."""
+
+    def scoring(self, felt: Array, trials: Array, predictor: Array) -> tuple[Array, Array]:
+        """Return its first derivative, and a curvature that is never negative, to search by."""
 
 
 class Logit:
@@ -48,6 +54,8 @@ class Logit:
         """Return its first derivative and the negative second."""
         expected = self.probability(predictor)
         return felt - trials * expected, trials * expected * (1 - expected)
+
+    scoring = derivatives
 
 
 class Probit:
@@ -80,6 +88,8 @@ class Probit:
         first = felt * upper - (trials - felt) * lower
         second = felt * upper * (upper + predictor) + (trials - felt) * lower * (lower - predictor)
         return first, second
+
+    scoring = derivatives
 
 
 LOGIT, PROBIT = Logit(), Probit()

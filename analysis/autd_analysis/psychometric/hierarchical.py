@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from autd_analysis.basics.intervals import Interval, t_interval
-from autd_analysis.models.glmm import BinomialRows, GlmmFit, fit_glmm
+from autd_analysis.models.glmm import GlmmFit, fit_glmm
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.psychometric.fit import Curve, fit
 from autd_analysis.psychometric.functions import (
     Array,
@@ -196,6 +197,8 @@ class KnownRates:
         guess, lapse = self._rates(predictor)
         density = (1 - guess - lapse) * self.core.density(predictor)
         return density * (felt / p - (trials - felt) / not_p), trials * (density / p) * (density / not_p)
+
+    scoring = derivatives
 
     def _rates(self, like: Array) -> tuple[Array, Array]:
         shape = (-1, *[1] * (like.ndim - 1))

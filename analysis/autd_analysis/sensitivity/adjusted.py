@@ -17,7 +17,7 @@ class AdjustedP:
     contrast, test
         What was compared, and by which test.
     tests
-        Number of tests of this kind that were made.
+        Number of tests of this kind: all that were planned, made or not.
     p, by_method
         As it is, and adjusted by each method; None where it could not be made.
     """
@@ -38,7 +38,6 @@ def adjusted_p(comparisons: Sequence[ComparisonResult]) -> Iterator[AdjustedP]:
     }
     for test, p_values in tests.items():
         by_method = {method: adjusted(p_values, method) for method in METHODS}
-        made = len(p_values) - p_values.count(None)
         for place, (result, p) in enumerate(zip(comparisons, p_values, strict=True)):
             its = {method: values[place] for method, values in by_method.items()}
-            yield AdjustedP(result.contrast, test, made, p, its)
+            yield AdjustedP(result.contrast, test, result.family, p, its)

@@ -16,8 +16,9 @@ from autd_analysis.basics.intervals import Interval, wald_interval
 from autd_analysis.comparisons.numbers import ComparisonResult
 from autd_analysis.data.contrasts import Contrast, planned_contrasts
 from autd_analysis.data.design import Design
-from autd_analysis.models.cells import compared_rows, null_space, participants
-from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.models.cells import NoModel, compared_rows, participants
+from autd_analysis.models.contrasts import null_space
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.rates.numbers import ParticipantRate, Rates
 from autd_analysis.sensitivity.adjusted import AdjustedP, adjusted_p
 from autd_analysis.sensitivity.conditional import fit_conditional
@@ -36,7 +37,6 @@ GEE_METHODS: dict[Correction, str] = {
 CONDITIONAL = "conditional logistic"
 FIRTH = "Firth logistic"
 
-_NOT_COMPARED = "fewer than 4 participants, or no trials in a condition that is compared"
 _NO_GEE = "the equations have no finite solution, as where all or none were felt in a condition"
 _NO_VARIANCE = "participants are exactly alike, or one stands alone in a condition: no standard error"
 _NO_CONDITIONAL = "no finite estimate: within participants, answers are separated or too few differ"
@@ -135,11 +135,11 @@ def other_estimates(rates: Sequence[ParticipantRate], design: Design) -> tuple[O
 
 def _estimates(rates: Sequence[ParticipantRate], contrast: Contrast) -> Iterator[OtherEstimate]:
     found = compared_rows(rates, contrast)
-    if found is None:
+    if isinstance(found, NoModel):
         there = [rate for rate in rates if contrast.takes(rate.condition) and rate.n > 0]
         counts = len({rate.participant for rate in there}), sum(rate.n for rate in there)
         for method in (*GEE_METHODS.values(), CONDITIONAL, FIRTH):
-            yield OtherEstimate(contrast, method, *counts, note=_NOT_COMPARED)
+            yield OtherEstimate(contrast, method, *counts, note=found.cause)
         return
     rows, weights = found
     yield from _gee(rows, weights, contrast)

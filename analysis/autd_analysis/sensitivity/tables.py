@@ -144,14 +144,18 @@ ADJUSTED_P = Declared[Sensitivity, AdjustedP](
         *COMPARED,
         AT,
         Column("test", "Which test.", lambda row: row.test),
-        Column("tests", "Number of tests of this kind that were made.", lambda row: row.tests),
+        Column(
+            "tests",
+            "Number of tests of this kind: all that were planned, made or not.",
+            lambda row: row.tests,
+        ),
         Column("p", "p as it is, two-sided.", lambda row: row.p),
         *(
             Column(f"p_{method}", f"Adjusted: {about}.", _by_method(method))
             for method, about in METHODS.items()
         ),
     ),
-    notes=lambda row: "not testable, so not counted" if row.p is None else None,
+    notes=lambda row: "not testable, but counted" if row.p is None else None,
 )
 POOLED = Declared[Sensitivity, PooledTests](
     "pooled",

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.sensitivity.conditional import fit_conditional
 from statsmodels.discrete.conditional_models import ConditionalLogit
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import statsmodels.api as sm
-from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.sensitivity.gee import CORRECTIONS, fit_gee
 from scipy.linalg import sqrtm
 
