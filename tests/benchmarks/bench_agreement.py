@@ -34,12 +34,12 @@ from scipy.special import expit, gammaln, log_ndtr, logsumexp
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from autd_analysis.rates.beta_binomial import fit_beta_binomial
 from autd_analysis.models.cells import is_separated, penalised
 from autd_analysis.models.contrasts import null_space
 from autd_analysis.models.glmm import Nested, fit_nested
 from autd_analysis.models.links import LOGIT, PROBIT, Link
 from autd_analysis.models.marginal import BinomialRows, Marginal
+from autd_analysis.rates.beta_binomial import fit_beta_binomial
 from autd_analysis.sensitivity.conditional import fit_conditional
 from autd_analysis.sensitivity.firth import firth_effect
 from autd_analysis.sensitivity.gee import fit_gee
@@ -521,9 +521,10 @@ def check_conditional(study: Study, generator: np.random.Generator) -> dict[str,
             total += float(y @ logits) - math.log(ways[int(y.sum())])
         return total
 
-    search = optimize.minimize(
-        lambda x: -value(np.asarray(x)), np.zeros(cells - 1), method="BFGS", options={"gtol": 1e-7}
-    )
+    def loss(coefficients: Array) -> float:
+        return -value(coefficients)
+
+    search = optimize.minimize(loss, np.zeros(cells - 1), method="BFGS", options={"gtol": 1e-7})
     covariance = np.linalg.inv(-numeric_hessian(value, search.x, 1e-3))
     errors = np.sqrt(np.diag(covariance))
     return {
