@@ -1,6 +1,4 @@
-"""Where to begin: coarse grids of thresholds and widths, and the best step function, of each condition."""
-
-import itertools
+"""Where to begin: the best points of coarse grids of rates, thresholds and widths, and the best steps."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,16 +7,21 @@ from autd_analysis.psychometric.functions import Array, Core, predictor_at_thres
 from autd_analysis.psychometric.likelihood import LEAST
 from autd_analysis.psychometric.model import Problem
 
-_WIDTHS = np.array([[8.0, 3.0, 1.2], [0.5, 0.2, 0.06]])
-"""Distances from F = 0.1 to 0.9, in half ranges of the levels: climbs start from a wide and a narrow one."""
+_WIDTHS = ((8.0, 3.0), (1.2, 0.5), (0.2, 0.06))
+"""Distances from F = 0.1 to 0.9, in half ranges of the levels: the best of each group is a start."""
+
+_STEP_WIDTH = 0.1
+"""Of the smallest distance between levels: as good as a step."""
+
+_SMALLEST_DISTANCE = 1e-5  # between levels, in half ranges, that is told from none
 
 _FAR = np.array([0.5, 2.0, 8.0])
 """Distances of thresholds outside the levels, in half ranges."""
 
-_GUESSES, _LAPSES = (0.005, 0.06, 0.12, 0.19), (0.01, 0.1)
+_GUESSES, _LAPSES = (0.005, 0.06, 0.15, 0.3), (0.01, 0.1, 0.3)
 
 
-def starting_points(problem: Problem, felt: Array) -> Array:
+def starting_points(problem: Problem, felt: Array, most: int | None = None) -> Array:
     """Return good starting parameters for data sets.
 
     Parameters
@@ -26,51 +29,84 @@ def starting_points(problem: Problem, felt: Array) -> Array:
     problem
         The conditions.
     felt
-        Shape (data sets, rows).
+        Shape (data sets, conditions, rows).
+    most
+        The largest number of starts: the likeliest; all if None.
 
     Returns
     -------
     Array
-        Shape (starts, data sets, size): a wide and a narrow start for each of some guess and lapse rates.
+        Shape (starts, data sets, size).
     """
-    functions = len(problem.conditions)
-    starts = []
-    for rates, widths in itertools.product(rates_to_try(problem), _WIDTHS):
-        start = np.zeros((len(felt), problem.size))
-        start[:, 2 * functions :] = rates
-        for number in range(functions):
-            mine = problem.stimuli(number)
-            guess, lapse = (float(each[0]) for each in problem.rates(number, start[:1]))
-            start[:, 2 * number : 2 * number + 2] = _coarse(
-                problem, number, felt[:, mine], (guess, lapse), widths
-            )
-        starts.append(start)
-    return np.array(starts)
+    found = [_start(problem, felt, rates) for rates in rates_to_try(problem)]
+    starts, values = (np.concatenate(each) for each in zip(*found, strict=True))
+    if most is None or most >= len(starts):
+        return starts
+    chosen = np.argpartition(-values, most - 1, axis=0)[:most]
+    return np.take_along_axis(starts, chosen[..., None], axis=0)
 
 
 def rates_to_try(problem: Problem) -> list[Array]:
     """Return some values of the estimated rates, each of shape (rates,); one empty one if all are fixed."""
-    guesses, lapses = problem.likelihood.guess_of.shape[1], problem.likelihood.lapse_of.shape[1]
+    guesses, lapses = problem.likelihood.rate_counts
+    highest_guess, highest_lapse = problem.model.highest_rates
     return [
         np.concatenate([np.full(guesses, guess), np.full(lapses, lapse)])
-        for guess in (_GUESSES if guesses else (0.0,))
-        for lapse in (_LAPSES if lapses else (0.0,))
+        for guess in (_below(highest_guess, _GUESSES) if guesses else (0.0,))
+        for lapse in (_below(highest_lapse, _LAPSES) if lapses else (0.0,))
     ]
 
 
-def _coarse(problem: Problem, number: int, felt: Array, rates: tuple[float, float], widths: Array) -> Array:
-    """Return the best intercept and steepness of a grid for each data set, shape (data sets, 2)."""
-    levels = problem.levels(number)
+def _below(highest: float, values: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(value for value in values if value < highest) or (highest / 2,)
+
+
+def _start(problem: Problem, felt: Array, rates: Array) -> tuple[Array, Array]:
+    """Return starts with these rates, (starts, data sets, size), and their log likelihoods.
+
+    One for each group of widths, and, of several conditions, the best of each.
+    """
+    conditions = len(problem.conditions)
+    start = np.zeros((len(felt), problem.size))
+    start[:, 2 * conditions :] = rates
+    groups = len(_WIDTHS) + 1
+    starts = np.tile(start, (groups + (conditions > 1), 1, 1))
+    values = np.zeros(starts.shape[:2])
+    guess, lapse = (each[0] for each in problem.likelihood.rates(start[:1]))
+    for number in range(conditions):
+        functions, value = _coarse(problem, number, felt, (float(guess[number]), float(lapse[number])))
+        if conditions > 1:
+            best = value.argmax(axis=0)[None]
+            functions = np.concatenate([functions, np.take_along_axis(functions, best[..., None], axis=0)])
+            value = np.concatenate([value, np.take_along_axis(value, best, axis=0)])
+        starts[..., 2 * number : 2 * number + 2] = functions
+        values += value
+        if isinstance(problem.model.guess, str):
+            values += _log_likelihood(
+                felt[:, number, -1], problem.likelihood.trials[number, -1], guess[number]
+            )
+    return starts, values
+
+
+def _coarse(problem: Problem, number: int, felt: Array, rates: tuple[float, float]) -> tuple[Array, Array]:
+    """Return the best intercepts and steepnesses of each group of widths, and their log likelihoods."""
+    levels, at_threshold = problem.levels(number), predictor_at_threshold(problem.model.core)
+    groups = [*map(np.array, _WIDTHS), np.array([_STEP_WIDTH * smallest_distance(levels)])]
     if len(levels) == 0:
-        return np.tile([0.0, 1.0], (len(felt), 1))
-    steepness, threshold = (
-        each.ravel()
-        for each in np.meshgrid(width(problem.model.core) / widths, threshold_grid(levels), indexing="ij")
-    )
-    values = grid_log_likelihood(problem, number, felt, rates, threshold, steepness)
-    best = values.argmax(axis=1)
-    intercept = predictor_at_threshold(problem.model.core) - steepness * threshold
-    return np.column_stack([intercept[best], steepness[best]])
+        return np.tile([0.0, 1.0], (len(groups), len(felt), 1)), np.zeros((len(groups), len(felt)))
+    functions, values = [], []
+    for widths in groups:
+        steepness, threshold = (
+            each.ravel()
+            for each in np.meshgrid(width(problem.model.core) / widths, threshold_grid(levels), indexing="ij")
+        )
+        of_grid = grid_log_likelihood(
+            problem, number, problem.of_levels(number, felt), rates, threshold, steepness
+        )
+        best = of_grid.argmax(axis=1)
+        functions.append(np.column_stack([at_threshold - steepness[best] * threshold[best], steepness[best]]))
+        values.append(of_grid.max(axis=1))
+    return np.array(functions), np.array(values)
 
 
 def grid_log_likelihood(
@@ -98,6 +134,11 @@ def threshold_grid(levels: Array) -> Array:
     """Return thresholds to try: the levels, halfway between them, and some outside."""
     between = (levels[1:] + levels[:-1]) / 2
     return np.sort(np.concatenate([levels, between, levels[0] - _FAR, levels[-1] + _FAR]))
+
+
+def smallest_distance(levels: Array) -> float:
+    """Return the smallest distance between levels, in half ranges."""
+    return max(float(np.diff(levels).min(initial=2.0)), _SMALLEST_DISTANCE)
 
 
 def width(core: Core) -> float:
