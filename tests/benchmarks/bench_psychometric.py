@@ -7,6 +7,7 @@ quadrature, and coverage is counted over simulated studies. ``--sets N`` changes
 """
 
 import argparse
+import itertools
 import math
 import sys
 import time
@@ -19,7 +20,7 @@ from joblib import Parallel, delayed
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from autd_analysis.psychometric.fit import NOT_AT_REST, Fit, fit
+from autd_analysis.psychometric.fit import NOT_AT_REST, fit
 from autd_analysis.psychometric.functions import (
     LOGISTIC,
     NORMAL,
@@ -28,9 +29,7 @@ from autd_analysis.psychometric.functions import (
     Core,
     predictor_at_threshold,
     psychometric_function,
-    slope_per_steepness,
 )
-from autd_analysis.psychometric.intervals import profile_intervals
 from autd_analysis.psychometric.model import Answers, Model, answers
 
 OCTAVES = Axis(logarithmic=True)
@@ -61,7 +60,10 @@ class Case:
 
 
 def table(
-    levels: Array, felt: Sequence[float] | Array, n: Sequence[float] | Array, catch: tuple[float, float] = (0, 0)
+    levels: Array,
+    felt: Sequence[float] | Array,
+    n: Sequence[float] | Array,
+    catch: tuple[float, float] = (0, 0),
 ) -> Answers:
     """Return answers at levels that are given in octaves."""
     rows = [(2.0**x, float(f), float(k)) for x, f, k in zip(levels, felt, n, strict=True)]
@@ -91,7 +93,9 @@ def drawn(
 def few_levels(g: np.random.Generator, core: Core) -> Case:
     """Return two to four levels with one to six trials."""
     levels = np.sort(g.uniform(0, 5, g.integers(2, 5)))
-    return Case((drawn(g, levels, g.integers(1, 7, len(levels))),), Model(core, 0.0, g.choice([0.0, 0.02, 0.1])))
+    return Case(
+        (drawn(g, levels, g.integers(1, 7, len(levels))),), Model(core, 0.0, g.choice([0.0, 0.02, 0.1]))
+    )
 
 
 def nearly_all_or_none(g: np.random.Generator, core: Core) -> Case:
@@ -233,14 +237,14 @@ class Search:
 
     def starts(self, most: int = 40) -> Array:
         """Return the best points of dense grids, conditions taken one by one at given rates."""
-        thresholds = np.concatenate([np.linspace(-1, 2, 61), [-8, -4, -2, 3, 5, 9], *self.places])
-        steepnesses = np.linspace(math.log(0.02), math.log(2000), 24)
+        thresholds = np.concatenate([np.linspace(-1, 2, 61), [-30, -8, -4, -2, 3, 5, 9, 30], *self.places])
+        steepnesses = np.linspace(math.log(0.005), math.log(2000), 26)
         grid = np.stack(np.meshgrid(thresholds, steepnesses, indexing="ij"), axis=2).reshape(-1, 2)
-        found = []
-        for guess in np.linspace(0, self.highest[0], 6) if self.rates[0] else [self.fixed[0]]:
-            for lapse in np.linspace(0, self.highest[1], 6) if self.rates[1] else [self.fixed[1]]:
-                found.append(self._of_rates(grid, guess, lapse))
-        points = np.concatenate(found)
+        tried = [
+            np.linspace(0, highest, 6) if estimated else [fixed]
+            for estimated, highest, fixed in zip(self.rates, self.highest, self.fixed, strict=True)
+        ]
+        points = np.concatenate([self._of_rates(grid, *rates) for rates in itertools.product(*tried)])
         return points[np.argsort(-self.log_likelihood(points))[:most]]
 
     def _of_rates(self, grid: Array, guess: float, lapse: float, each: int = 8) -> Array:
@@ -280,14 +284,21 @@ class Search:
         if len(self.case.conditions) > 1:
             return -math.inf
         (each,) = self.case.conditions
+        catch = (each.catch_felt, each.catch_n) if self.rates[0] else (0.0, 0.0)
+        # a flat function may have any rate between, while catch trials tell of the guess rate
+        guess = min(catch[0] / max(catch[1], 1), self.highest[0]) if self.rates[0] else self.fixed[0]
+        rate = each.felt.sum() / each.n.sum()
         best = -math.inf
+        for lapse in (0.0, 1 - rate) if self.rates[1] else (self.fixed[1],):
+            share = min(max(rate, guess), 1 - min(lapse, self.highest[1]))
+            flat = binomial(each.felt.sum(), each.n.sum(), share) + binomial(*catch, guess)
+            best = max(best, flat)
         count = len(each.x)
         for first in range(count + 1):
             for inside in (False, True):
                 after = first + inside
                 if after > count:
                     continue
-                catch = (each.catch_felt, each.catch_n) if self.rates[0] else (0.0, 0.0)
                 lower = each.felt[:first].sum() + catch[0], each.n[:first].sum() + catch[1]
                 upper = (each.n[after:] - each.felt[after:]).sum(), each.n[after:].sum()
                 guess = min(lower[0] / max(lower[1], 1), self.highest[0]) if self.rates[0] else self.fixed[0]
@@ -305,7 +316,8 @@ class Search:
 def binomial(hits: float, n: float, p: float) -> float:
     """Return a log likelihood without the coefficient."""
     return float(
-        (hits * math.log(max(p, 1e-300)) if hits else 0) + ((n - hits) * math.log(max(1 - p, 1e-300)) if n > hits else 0)
+        (hits * math.log(max(p, 1e-300)) if hits else 0)
+        + ((n - hits) * math.log(max(1 - p, 1e-300)) if n > hits else 0)
     )
 
 
@@ -313,7 +325,6 @@ def maxima(sets: int) -> None:
     """Compare the fits' log likelihoods with the global search, kind by kind."""
     print(f"Maxima of {sets} random sets of each kind, against a global search:")
     for name, kind in KINDS.items():
-        start_s = time.process_time()
         found = Parallel(n_jobs=2)(delayed(shortfall)(kind, seed) for seed in range(sets))
         short = np.array([each for each, _ in found])
         restless = sum(restless for _, restless in found)

@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 
 
 class Link(Protocol):
-    """A link whose binomial log likelihood is concave in the linear predictor."""
+    """How the probability of "felt" follows from a linear predictor."""
 
     def probability(self, predictor: Array) -> Array:
         """Return the probability of "felt"."""
@@ -22,6 +22,13 @@ class Link(Protocol):
 
     def derivatives(self, felt: Array, trials: Array, predictor: Array) -> tuple[Array, Array]:
         """Return its first derivative by the predictor, and the negative second."""
+
+    def scoring(self, felt: Array, trials: Array, predictor: Array) -> tuple[Array, Array]:
+        """Return its first derivative, and a curvature for the search of modes that is never negative.
+
+        Where the log likelihood is concave in the predictor, as by logit and probit, the negative second
+        derivative will do; elsewhere it is the expected one.
+        """
 
 
 class Logit:
@@ -48,6 +55,8 @@ class Logit:
         """Return its first derivative and the negative second."""
         expected = self.probability(predictor)
         return felt - trials * expected, trials * expected * (1 - expected)
+
+    scoring = derivatives
 
 
 class Probit:
@@ -80,6 +89,8 @@ class Probit:
         first = felt * upper - (trials - felt) * lower
         second = felt * upper * (upper + predictor) + (trials - felt) * lower * (lower - predictor)
         return first, second
+
+    scoring = derivatives
 
 
 LOGIT, PROBIT = Logit(), Probit()

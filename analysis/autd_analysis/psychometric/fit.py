@@ -24,6 +24,7 @@ FARTHEST = 21.0
 NOT_AT_REST = "the fit did not come to rest: there may be a likelier function"
 
 _STARTS_OF_MANY = 2  # besides the function that answers were drawn from
+_AT_BOUND = 1e-6
 _FLAT = 1e-7  # steepness per half range of the levels below which a function is flat
 
 
@@ -210,7 +211,7 @@ def _curve(whole: Problem, number: int, parameters: Array, *, rested: bool) -> C
             whole.model.highest_rates,
             strict=True,
         )
-        if isinstance(rate, str) and found >= highest
+        if isinstance(rate, str) and found >= highest - _AT_BOUND
     ]
     return Curve(
         threshold=threshold,

@@ -31,7 +31,7 @@ _NO_INFORMATION = 1e-25
 _LEAST_DAMPING, _FIRST_DAMPING = 1e-10, 1e-3
 _TIMID = 1.0  # damping above which a small gain does not mean that the top is near
 _LEAST_DIVISOR = 1e-100  # so that its square is a number
-_AT_REST = 1e-4  # log likelihood that another step would gain
+_AT_REST = 1e-3  # log likelihood that another step would gain
 
 
 @dataclass(frozen=True, eq=False)
@@ -489,9 +489,14 @@ class _Climb:
         self.restriction = self.restriction and self.restriction.of(np.flatnonzero(going))
 
     def _promise(self) -> Array:
-        """Return what undamped steps would gain if the likelihood were a parabola."""
+        """Return what hardly damped steps would gain if the likelihood were a parabola.
+
+        Along a function that is as good as a step curvatures are nothing but rounding errors, so that steps
+        count up to the size of the parameters alone.
+        """
         gradient, held = self._flat(self.now.gradient), self._held()
-        step = self.model.layout.solve(self.now, gradient, held, np.full(self.damping.shape, 1e-6))
-        within = np.clip(self.at + step, self.low, self.high) - self.at
+        step = self.model.layout.solve(self.now, gradient, held, np.full(self.damping.shape, _FIRST_DAMPING))
+        far = 1 + np.abs(self.at)
+        within = np.clip(self.at + np.clip(step, -far, far), self.low, self.high) - self.at
         found: Array = np.abs(gradient * within).sum(axis=1) / 2
         return found
