@@ -1,6 +1,7 @@
 """Adjusting a family of p values for their number.
 
-None marks a test that could not be made. Such tests are left out before adjusting, so that they do not count.
+A family is what was planned. None marks a planned test that could not be made: its p is not known and may be
+as large as 1, and it counts all the same, so that what comes out of the answers does not change the family.
 """
 
 import itertools
@@ -31,24 +32,25 @@ def adjusted(p_values: Sequence[float | None], method: Method) -> list[float | N
     Parameters
     ----------
     p_values
-        The family; None for a test that could not be made.
+        The planned family; None for a test that could not be made, which counts as one of p = 1.
     method
         One of `METHODS`.
 
     Returns
     -------
     list of float or None
-        Adjusted p values in the order given, at most 1.
+        Adjusted p values in the order given, at most 1; None where there is no p.
     """
-    made = sorted((p, place) for place, p in enumerate(p_values) if p is not None)
-    raised = [p * _factor(method, rank, len(made)) for rank, (p, _) in enumerate(made)]
+    ascending = sorted((1.0 if p is None else p, place) for place, p in enumerate(p_values))
+    raised = [p * _factor(method, rank, len(ascending)) for rank, (p, _) in enumerate(ascending)]
     if method == "holm":
         raised = list(itertools.accumulate(raised, max))
     elif method != "bonferroni":
         raised = list(itertools.accumulate(reversed(raised), min))[::-1]
     result: list[float | None] = [None] * len(p_values)
-    for value, (_, place) in zip(raised, made, strict=True):
-        result[place] = min(1.0, value)
+    for value, (_, place) in zip(raised, ascending, strict=True):
+        if p_values[place] is not None:
+            result[place] = min(1.0, value)
     return result
 
 

@@ -10,6 +10,7 @@ from autd_analysis.adjustment import holm
 from autd_analysis.design import Condition, Design, conditions
 from autd_analysis.exact import Wilcoxon, bayes_factor, dz_interval, wilcoxon_test
 from autd_analysis.intervals import Interval, t_interval
+from autd_analysis.models.cells import NoModel
 from autd_analysis.models.planned import MixedModelTest, mixed_model_test
 from autd_analysis.paired import PairedT, SignFlip, paired_t_test, sign_flip_test
 from autd_analysis.rates import ParticipantRate, marginal_rates
@@ -41,9 +42,10 @@ class ComparisonResult:
     dz_interval, bayes_factor
         Of the paired t test; None without it.
     sign_flip_holm, paired_t_holm, mixed_model_holm
-        Their p after Holm's adjustment over all planned comparisons that could be tested that way.
-    sign_flip_tests, paired_t_tests, mixed_model_tests
-        How many tests these adjustments were for.
+        Their p after Holm's adjustment over all planned comparisons, for each kind of test by itself.
+    family
+        How many tests each of these adjustments is for: all that were planned, also those that could not be
+        made.
     notes
         What could not be done, and why.
     """
@@ -66,9 +68,7 @@ class ComparisonResult:
     sign_flip_holm: float | None = None
     paired_t_holm: float | None = None
     mixed_model_holm: float | None = None
-    sign_flip_tests: int = 0
-    paired_t_tests: int = 0
-    mixed_model_tests: int = 0
+    family: int = 0
 
     @property
     def participants(self) -> int:
@@ -105,9 +105,7 @@ def planned_comparisons(rates: Sequence[ParticipantRate], design: Design) -> tup
             sign_flip_holm=sign_flip_holm,
             paired_t_holm=paired_t_holm,
             mixed_model_holm=mixed_model_holm,
-            sign_flip_tests=len(sign_flip_p) - sign_flip_p.count(None),
-            paired_t_tests=len(paired_t_p) - paired_t_p.count(None),
-            mixed_model_tests=len(mixed_model_p) - mixed_model_p.count(None),
+            family=len(results),
         )
         for result, sign_flip_holm, paired_t_holm, mixed_model_holm in zip(
             results, holm(sign_flip_p), holm(paired_t_p), holm(mixed_model_p), strict=True
@@ -135,7 +133,7 @@ def _compare(
         interval=t_interval(floats),
         sign_flip=sign_flip,
         paired_t=paired_t,
-        mixed_model=mixed_model,
+        mixed_model=mixed_model if isinstance(mixed_model, MixedModelTest) else None,
         wilcoxon=wilcoxon_test(values),
         dz_interval=dz_interval(paired_t.t, len(values)) if paired_t else None,
         bayes_factor=bayes_factor(paired_t.t, len(values)) if paired_t else None,
@@ -170,7 +168,7 @@ def _notes(
     values: Sequence[Fraction],
     lacking: Sequence[str],
     sign_flip: SignFlip | None,
-    mixed_model: MixedModelTest | None,
+    mixed_model: MixedModelTest | NoModel,
 ) -> list[str]:
     notes = []
     if lacking:
@@ -182,12 +180,13 @@ def _notes(
         notes.append("all differences are equal, so the t test and the t interval are not defined")
     if sign_flip is None:
         notes.append("the differences take too many distinct sums for the exact sign-flip test")
-    if mixed_model is None:
-        notes.append("no mixed model: fewer than 4 participants, an empty cell, or no convergence")
-    elif mixed_model.penalised:
+    if isinstance(mixed_model, NoModel):
+        notes.append(f"no mixed model: {mixed_model.cause}")
+        return notes
+    if mixed_model.penalised:
         notes.append(
             "answers are separated (all or none felt in a cell): the mixed model is penalised (Firth)"
         )
-    if mixed_model is not None and mixed_model.singular:
+    if mixed_model.singular:
         notes.append("the mixed model is singular: a variance is 0 or a correlation 1")
     return notes

@@ -131,9 +131,7 @@ def _comparison_notes(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
         if numbered(comparisons)
         else difference_label(comparisons[0])
     )
-    tests = comparisons[0].sign_flip_tests, comparisons[0].paired_t_tests
-    family = f"{tests[0]}" if tests[0] == tests[1] else f"{tests[0]} sign-flip and {tests[1]} t"
     yield (
-        f"Difference of rates: {what}. Tests two-sided; Holm: adjusted over {family} tests; "
+        f"Difference of rates: {what}. Tests two-sided; Holm: adjusted over {comparisons[0].family} tests; "
         "least p: the smallest this test could give."
     )

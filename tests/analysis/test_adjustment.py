@@ -17,17 +17,23 @@ STATSMODELS: dict[Method, str] = {
 @pytest.mark.parametrize("method", METHODS)
 @given(p_values=st.lists(st.one_of(st.none(), st.floats(0, 1)), max_size=12))
 @settings(max_examples=20, deadline=None)  # statsmodels collects garbage in every call: 0.1 s each
-def test_equals_statsmodels_on_the_tests_that_were_made(method: Method, p_values: list[float | None]) -> None:
+def test_equals_statsmodels_with_one_for_a_test_that_could_not_be_made(
+    method: Method, p_values: list[float | None]
+) -> None:
     found = adjusted(p_values, method)
     assert [value is None for value in found] == [value is None for value in p_values]
-    made = [p for p in p_values if p is not None]
-    if made:
-        expected = multipletests(made, method=STATSMODELS[method])[1]
-        assert [value for value in found if value is not None] == pytest.approx(list(expected))
+    if p_values:
+        known = [1.0 if p is None else p for p in p_values]
+        expected = multipletests(known, method=STATSMODELS[method])[1]
+        assert [1.0 if value is None else value for value in found] == pytest.approx(
+            [1.0 if p is None else each for p, each in zip(p_values, expected, strict=True)]
+        )
 
 
 def test_holm_by_hand() -> None:
-    assert holm([0.01, None, 0.04, 0.03]) == pytest.approx([0.03, None, 0.06, 0.06])
+    assert holm([0.01, None, 0.04, 0.03]) == pytest.approx([0.04, None, 0.09, 0.09])
+    assert holm([None, None]) == [None, None]
+    assert holm([]) == []
 
 
 def test_benjamini_and_hochbergs_own_example() -> None:

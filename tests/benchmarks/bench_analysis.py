@@ -22,7 +22,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from autd_analysis.comparisons import planned_comparisons
 from autd_analysis.design import conditions, protocol_design
-from autd_analysis.models.glmm import DEFAULT_NODES, BinomialRows, fit_glmm
+from autd_analysis.models.glmm import fit_glmm
+from autd_analysis.models.marginal import DEFAULT_NODES, BinomialRows
 from autd_analysis.power.model import StudyModel, study_model
 from autd_analysis.power.run import Question, power_analysis
 from autd_analysis.study import results_of

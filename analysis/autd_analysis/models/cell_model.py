@@ -17,23 +17,25 @@ from autd_analysis.intervals import Interval, wald_interval
 from autd_analysis.models.cells import (
     FEWEST_PARTICIPANTS,
     Compared,
+    NoModel,
     cell_rows,
     contrast,
     is_separated,
     participants,
     penalised,
     planned,
-    without,
+    too_few,
 )
 from autd_analysis.models.glmm import (
-    DEFAULT_NODES,
     SINGULAR,
-    BinomialRows,
+    TROUBLES,
     GlmmFit,
+    Nested,
     fit_glmm,
-    likelihood_ratio,
+    fit_nested,
 )
 from autd_analysis.models.links import LOGIT, PROBIT, Link
+from autd_analysis.models.marginal import DEFAULT_NODES, BinomialRows
 from autd_analysis.models.means import ModelMean, model_mean
 from autd_analysis.rates import ParticipantRate
 
@@ -54,7 +56,8 @@ class SimpleEffect:
     difference, standard_error, interval
         First minus second in units of the link, with Wald's 95 % interval.
     z, p, p_holm
-        Wald's test, and its p after Holm's adjustment over the model's simple effects.
+        Wald's test, and its p after Holm's adjustment over the simple effects that were wanted, also those
+        that have no trials.
     """
 
     at: Condition
@@ -96,7 +99,7 @@ class CellModel:
         Of the conditions with trials, and of the levels where no condition lacks them; empty where no model
         could be fitted.
     interaction
-        None where there are not two such levels, or nothing converged.
+        None where there are not two such levels, or the fits are in trouble.
     notes
         What could not be done, and why.
     """
@@ -174,11 +177,12 @@ def cell_model(
     separated = is_separated(rows)
     used = penalised(rows) if separated else rows
     fit = fit_glmm(used, nodes, LINKS[link]) if people >= FEWEST_PARTICIPANTS else None
-    notes = _notes(fit, separated)
+    notes = _notes(fit, separated, people)
     if fit is None or not fit.converged:
         return CellModel(link, compared, people, trials, fit, separated, (), (), None, notes)
     every_cell = list(dict.fromkeys(rate.condition for rate in rates))
     contrasts = _contrasts(every_cell, cells, compared, levels) if compared else {}
+    interaction = _interaction(fit, used, contrasts, LINKS[link])
     return CellModel(
         link=link,
         compared=compared,
@@ -187,23 +191,23 @@ def cell_model(
         fit=fit,
         penalised=separated,
         means=tuple(model_mean(fit, used, place, cell, LINKS[link]) for place, cell in enumerate(cells)),
-        effects=_effects(fit, contrasts),
-        interaction=_interaction(fit, used, contrasts, LINKS[link]),
-        notes=notes,
+        effects=_effects(fit, contrasts, len(levels)),
+        interaction=interaction if isinstance(interaction, ModelInteraction) else None,
+        notes=(*notes, interaction.cause) if isinstance(interaction, NoModel) else notes,
     )
 
 
-def _notes(fit: GlmmFit | None, separated: bool) -> tuple[str, ...]:
+def _notes(fit: GlmmFit | None, separated: bool, people: int) -> tuple[str, ...]:
     if fit is None:
-        return (f"no mixed model with fewer than {FEWEST_PARTICIPANTS} participants",)
+        return (f"no mixed model: {too_few(people).cause}",)
     notes = []
     if separated:
         notes.append(
             "answers are separated (all or none felt in a condition): half an answer of each kind is added "
             "to every condition, which for the logit is Firth's penalty"
         )
-    if not fit.converged:
-        notes.append("the mixed model did not converge")
+    if fit.trouble:
+        notes.append(f"no mixed model: {TROUBLES[fit.trouble]}")
     elif fit.singular:
         notes.append("the mixed model is singular: a variance is 0 or a correlation 1")
     return tuple(notes)
@@ -221,7 +225,7 @@ def _contrasts(
     return {at: each[seen] for at, each in weights.items() if each.any() and not each[~seen].any()}
 
 
-def _effects(fit: GlmmFit, contrasts: dict[Condition, Array]) -> tuple[SimpleEffect, ...]:
+def _effects(fit: GlmmFit, contrasts: dict[Condition, Array], wanted: int) -> tuple[SimpleEffect, ...]:
     from scipy.special import ndtr
 
     differences = [float(weights @ fit.coefficients) for weights in contrasts.values()]
@@ -231,7 +235,13 @@ def _effects(fit: GlmmFit, contrasts: dict[Condition, Array]) -> tuple[SimpleEff
     return tuple(
         SimpleEffect(at, difference, error, wald_interval(difference, error), own_z, own_p, own_holm)
         for at, difference, error, own_z, own_p, own_holm in zip(
-            contrasts, differences, errors, z, p, holm(p), strict=True
+            contrasts,
+            differences,
+            errors,
+            z,
+            p,
+            holm([*p, *[None] * (wanted - len(p))])[: len(p)],
+            strict=True,
         )
         if own_holm is not None
     )
@@ -239,15 +249,13 @@ def _effects(fit: GlmmFit, contrasts: dict[Condition, Array]) -> tuple[SimpleEff
 
 def _interaction(
     fit: GlmmFit, rows: BinomialRows, contrasts: dict[Condition, Array], link: Link
-) -> ModelInteraction | None:
+) -> ModelInteraction | NoModel | None:
     """Compare with the model in which the simple effects are the same; None with fewer than two."""
     over = next((at[0][0] for at in contrasts if at), None)
     effects = [weights for at, weights in contrasts.items() if at and at[0][0] == over]
     if over is None or len(effects) < 2:
         return None
-    same = without(rows, np.array([each - effects[0] for each in effects[1:]]))
-    reduced = fit_glmm(same, fit.nodes, link)
-    if not reduced.converged:
-        return None
-    statistic, p = likelihood_ratio(fit, reduced, df=len(effects) - 1)
-    return ModelInteraction(over, statistic, len(effects) - 1, p)
+    tested = fit_nested(rows, np.array([each - effects[0] for each in effects[1:]]), fit.nodes, link, fit)
+    if not isinstance(tested, Nested):
+        return NoModel(f"no test of the interaction: {TROUBLES[tested]}")
+    return ModelInteraction(over, tested.statistic, len(effects) - 1, tested.p)

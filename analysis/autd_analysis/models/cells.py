@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_analysis.design import Condition, Design, conditions
-from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.design import Condition, Design, conditions, describe_condition
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.rates import ParticipantRate
 from autd_trials.protocol.schema import Level
 
@@ -32,6 +32,13 @@ class Compared:
     second: Level
 
 
+@dataclass(frozen=True)
+class NoModel:
+    """Why there is no model."""
+
+    cause: str
+
+
 def planned(design: Design) -> tuple[tuple[Compared, Condition], ...]:
     """Return what the protocol planned to compare, and at which level of another factor, in its order."""
     return tuple(
@@ -43,7 +50,7 @@ def planned(design: Design) -> tuple[tuple[Compared, Condition], ...]:
 
 def compared_rows(
     rates: Sequence[ParticipantRate], compared: Compared, at: Condition
-) -> tuple[BinomialRows, Array] | None:
+) -> tuple[BinomialRows, Array] | NoModel:
     """Return the answers that tell about a comparison, and the weights of their cells in it.
 
     Parameters
@@ -58,16 +65,25 @@ def compared_rows(
 
     Returns
     -------
-    (BinomialRows, array) or None
-        None with fewer than 4 participants, or without trials in a cell that is compared.
+    (BinomialRows, array) or NoModel
+        The cause with fewer than 4 participants, or without trials in a cell that is compared.
     """
     there = [rate for rate in rates if set(at) <= set(rate.condition)]
     planned = list(dict.fromkeys(rate.condition for rate in there))
+    people = len({rate.participant for rate in there if rate.n > 0})
+    if people < FEWEST_PARTICIPANTS:
+        return too_few(people)
     rows, cells = cell_rows(there, compared)
-    needed = {cell for cell, weight in zip(planned, contrast(planned, compared), strict=True) if weight}
-    if participants(rows) < FEWEST_PARTICIPANTS or not needed <= set(cells):
-        return None
+    needed = [cell for cell, weight in zip(planned, contrast(planned, compared), strict=True) if weight]
+    empty = [describe_condition(cell) for cell in needed if cell not in cells]
+    if empty:
+        return NoModel(f"no trials in {'; '.join(empty)}")
     return rows, contrast(cells, compared)
+
+
+def too_few(people: int) -> NoModel:
+    """Return that a mixed model needs more people."""
+    return NoModel(f"{people} participant(s) with answers, and it takes {FEWEST_PARTICIPANTS}")
 
 
 def cell_rows(
@@ -121,16 +137,3 @@ def penalised(rows: BinomialRows) -> BinomialRows:
     """Return the answers with Firth's penalty, spread over the participants of each cell."""
     share = PENALTY / (rows.fixed @ rows.fixed.sum(axis=0))  # of a cell's penalty, for each of its rows
     return BinomialRows(rows.felt + share, rows.trials + 2 * share, rows.fixed, rows.random, rows.participant)
-
-
-def without(rows: BinomialRows, contrasts: Array) -> BinomialRows:
-    """Return the model in which contrasts of the cells, shape (k, cells), are zero."""
-    return BinomialRows(
-        rows.felt, rows.trials, rows.fixed @ null_space(contrasts), rows.random, rows.participant
-    )
-
-
-def null_space(contrasts: Array) -> Array:
-    """Return an orthonormal basis of what contrasts of full rank, shape (k, cells), do not see."""
-    basis: Array = np.linalg.svd(contrasts)[2][len(contrasts) :].T
-    return basis

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autd_analysis.intervals import Interval
-from autd_analysis.models.cells import null_space
+from autd_analysis.models.contrasts import null_space
 from autd_analysis.models.links import LOGIT
 
 Array = NDArray[np.float64]

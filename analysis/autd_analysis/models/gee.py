@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autd_analysis.intervals import Interval, t_quantile
-from autd_analysis.models.glmm import BinomialRows
 from autd_analysis.models.links import LOGIT
+from autd_analysis.models.marginal import BinomialRows
 
 Array = NDArray[np.float64]
 Correction = Literal["none", "kauermann_carroll", "mancl_derouen"]

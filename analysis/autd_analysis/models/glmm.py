@@ -1,62 +1,52 @@
-"""Mixed models of answers: random effects per participant, by adaptive Gauss-Hermite quadrature or Laplace.
+"""Mixed models of answers: random effects per participant, by maximum likelihood.
 
-Answers of participant g in a row (a condition): y of n felt, logit (or probit) of the probability x'b + z'Lu
-with u standard normal and L a lower triangular factor of the random effects' covariance. The likelihood
-integrates over u. With the nodes of the quadrature at the mode of each participant's posterior, scaled by its
-curvature, the sums also give the exact score and information of the likelihood (Louis, 1982), because the
-predictor is linear in b and L given u. So plain Newton steps do.
+The likelihood and its derivatives are those of `models.marginal`, so that plain Newton steps climb it. The
+random effects enter by a factor L of their covariance LL', in which nothing is special about a variance of 0
+or a correlation of 1: there an entry of L is 0, and the likelihood is even in it.
 """
 
+import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from autd_analysis.models.contrasts import null_space
 from autd_analysis.models.links import LOGIT, Link
+from autd_analysis.models.marginal import DEFAULT_NODES, BinomialRows, Derivatives, Marginal
 
 Array = NDArray[np.float64]
+Trouble = Literal["unbounded", "undetermined", "not at rest"]
 
-DEFAULT_NODES = 9
-"""Per random effect; more are taken where people differ so much that 9 are too few."""
+TROUBLES: dict[Trouble, str] = {
+    "unbounded": "estimates grow without bound, as where in a condition every participant felt all or none",
+    "undetermined": "the answers do not tell the model's parameters apart",
+    "not at rest": "the fit did not come to rest",
+}
+"""Why there is no fit, in words."""
 
 SINGULAR = 1e-3
 """A standard deviation of random effects below it is practically zero."""
 
-_MOST_STEPS = 60
+_MOST_STEPS = 100
 _CONVERGED = 1e-7
 _NEARLY_CONVERGED = 1e-3
 _SMALLEST_STEP = 1e-3
-_MORE_NODES = {9: 21, 21: 41}
-_MODE_STEPS = 30
-_MODE_CONVERGED = 1e-9
-_LARGEST_LOGIT = 15.0
+_RESTING = 5e-5
+_LITTLE = 5e-3
+_LARGEST_DEVIATION = 20.0
+_FARTHEST = 40.0
 _CORRELATED = 0.999
+_FLAT = 1e-5
+"""Information, in 1 / logit squared, below which an estimate is uncertain by hundreds of logits."""
 
-
-@dataclass(frozen=True, eq=False)
-class BinomialRows:
-    """Answers by participant and condition.
-
-    Attributes
-    ----------
-    felt, trials
-        Shape (rows,).
-    fixed
-        Design of the fixed effects, shape (rows, p).
-    random
-        Design of the random effects, shape (rows, q).
-    participant
-        Number of the participant of each row, 0 to g - 1.
-    """
-
-    felt: Array
-    trials: Array
-    fixed: Array
-    random: Array
-    participant: NDArray[np.intp]
+_FAR_LOGIT = 10.0
+_INVOLVED = 1e-3
+_DOWNWARD = 1e-4
+_OFF_A_SADDLE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,15 +58,18 @@ class GlmmFit:
     coefficients
         Fixed effects in units of the link (logits), shape (p,).
     parameter_covariance
-        Of the fixed effects and then the entries of the factor, row by row, from the observed information.
+        Of the fixed effects and then the entries of the factor, row by row, from the observed information;
+        zero where the likelihood is flat, as in an entry that does not matter at a variance of 0.
     factor
         Lower triangular factor of the random effects' covariance, (q, q); its diagonal is not negative.
     log_likelihood
         Marginal log likelihood without the binomial coefficients.
     nodes
         Nodes per random effect; 1 is Laplace's approximation.
-    converged
-        Whether the steps came to rest, where the likelihood is curved in all fixed effects.
+    trouble
+        Why these are no estimates; None if they are.
+    rested
+        Whether the log likelihood is as good as the highest, also where estimates grow without bound.
     singular
         Whether a variance is practically zero or a correlation practically 1.
     """
@@ -86,8 +79,14 @@ class GlmmFit:
     factor: Array
     log_likelihood: float
     nodes: int
-    converged: bool
+    trouble: Trouble | None
+    rested: bool
     singular: bool
+
+    @property
+    def converged(self) -> bool:
+        """Whether these are estimates."""
+        return self.trouble is None
 
     @property
     def covariance(self) -> Array:
@@ -102,7 +101,27 @@ class GlmmFit:
         return deviations
 
 
-def fit_glmm(rows: BinomialRows, nodes: int = DEFAULT_NODES, link: Link = LOGIT) -> GlmmFit:
+@dataclass(frozen=True, eq=False)
+class Nested:
+    """A model, the same without some of its contrasts, and the likelihood-ratio test of the two.
+
+    Attributes
+    ----------
+    full, reduced
+        The fits, by the same nodes.
+    statistic, p
+        Of the likelihood-ratio test.
+    """
+
+    full: GlmmFit
+    reduced: GlmmFit
+    statistic: float
+    p: float
+
+
+def fit_glmm(
+    rows: BinomialRows, nodes: int = DEFAULT_NODES, link: Link = LOGIT, start: Array | None = None
+) -> GlmmFit:
     """Fit a mixed model by maximum likelihood.
 
     Parameters
@@ -110,224 +129,167 @@ def fit_glmm(rows: BinomialRows, nodes: int = DEFAULT_NODES, link: Link = LOGIT)
     rows
         The answers.
     nodes
-        Nodes of the quadrature per random effect; 1 for Laplace's approximation.
+        Nodes of the quadrature per random effect to begin with: 9, 15, 25, 41, 61 or 101; more are taken
+        until the log likelihood rests. 1 for Laplace's approximation.
     link
         Logit or probit.
+    start
+        Where to begin: fixed effects, and the entries of the factor row by row.
 
     Returns
     -------
     GlmmFit
-        The estimates. Where answers are separated estimates grow without bound: `converged` is then False.
+        The estimates, or in what trouble they are.
     """
-    model = _Model(rows, nodes, link)
-    start = model.start()
+    model = Marginal(rows, nodes, link)
+    begin = model.start() if start is None else start
     if nodes == 1:
-        start, converged, information = _climb(_Model(rows, DEFAULT_NODES, link), start)
-        if converged:
-            start, converged, information = _climb_laplace(model, start, information)
-        return _result(model, start, converged, information)
-    return _result(model, *_climb(model, start))
+        begin = _newton(Marginal(rows, DEFAULT_NODES, link), begin).parameters
+        return _result(model, _climb_laplace(model, begin))
+    return _result(model, _climb(model, begin))
 
 
-def likelihood_ratio(full: GlmmFit, reduced: GlmmFit, df: int) -> tuple[float, float]:
-    """Return statistic and p of the likelihood-ratio test of nested models, `df` parameters apart."""
-    from scipy.special import chdtrc
+def fit_nested(
+    rows: BinomialRows,
+    contrasts: Array,
+    nodes: int = DEFAULT_NODES,
+    link: Link = LOGIT,
+    full: GlmmFit | None = None,
+) -> Nested | Trouble:
+    """Test by the likelihood ratio whether contrasts of the fixed effects are zero.
 
+    Parameters
+    ----------
+    rows
+        The answers.
+    contrasts
+        Of full rank, shape (k, p).
+    nodes, link
+        As in `fit_glmm`.
+    full
+        The fit of these rows, where it is known already.
+
+    Returns
+    -------
+    Nested or Trouble
+        Both fits by the same nodes: those with which both likelihoods rest. In what trouble the full model
+        is, or that the other did not come to rest; its likelihood may do so where its estimates do not.
+    """
+    full = full or fit_glmm(rows, nodes, link)
+    if full.trouble:
+        return full.trouble
+    basis = null_space(contrasts)
+    fewer = BinomialRows(rows.felt, rows.trials, rows.fixed @ basis, rows.random, rows.participant)
+    start = np.concatenate([basis.T @ full.coefficients, _entries(full.factor)])
+    reduced = fit_glmm(fewer, full.nodes, link, start)
+    if not reduced.rested:
+        return "not at rest"
+    if full.nodes < reduced.nodes:
+        full = fit_glmm(rows, reduced.nodes, link, np.concatenate([full.coefficients, _entries(full.factor)]))
+    if full.trouble:
+        return full.trouble
     statistic = max(0.0, 2 * (full.log_likelihood - reduced.log_likelihood))
-    return statistic, float(chdtrc(df, statistic))
+    return Nested(full, reduced, statistic, _upper_chi2(statistic, len(contrasts)))
+
+
+def _entries(factor: Array) -> Array:
+    return factor[np.tril_indices(len(factor))]
 
 
 @dataclass(frozen=True, eq=False)
-class _Integrals:
-    """Each participant's log likelihood, and of the nodes: posterior weights, places u, rows' predictors."""
+class _Rest:
+    """Where steps ended, the derivatives there, and what was gained no more."""
 
-    values: Array
-    weights: Array
-    places: Array
-    predictors: Array
-
-
-class _Model:
-    """The rows by participant, padded with rows without trials, and the likelihood's derivatives."""
-
-    def __init__(self, rows: BinomialRows, nodes: int, link: Link) -> None:
-        self.link = link
-        groups = int(rows.participant.max()) + 1
-        counts = np.bincount(rows.participant, minlength=groups)
-        longest = int(counts.max())
-        place = np.zeros(len(rows.participant), dtype=np.intp)
-        for group in range(groups):
-            place[rows.participant == group] = np.arange(counts[group])
-        self.p, self.q = rows.fixed.shape[1], rows.random.shape[1]
-        self.felt, self.trials = np.zeros((groups, longest)), np.zeros((groups, longest))
-        self.fixed = np.zeros((groups, longest, self.p))
-        self.random = np.zeros((groups, longest, self.q))
-        for target, source in (
-            (self.felt, rows.felt),
-            (self.trials, rows.trials),
-            (self.fixed, rows.fixed),
-            (self.random, rows.random),
-        ):
-            target[rows.participant, place] = source
-        self.lower = np.tril_indices(self.q)
-        self.nodes = nodes
-        self.points, self.log_weights = _hermite(nodes, self.q)
-        self._modes = np.zeros((groups, self.q))
-
-    def start(self) -> Array:
-        """Return least-squares coefficients of empirical predictors, and standard deviations of 0.7."""
-        seen = self.trials > 0
-        predictors = self.link.predictor((self.felt + 0.5) / (self.trials + 1))
-        beta = np.linalg.lstsq(self.fixed[seen], predictors[seen], rcond=None)[0]
-        return np.concatenate([beta, 0.7 * np.eye(self.q)[self.lower]])
-
-    def refine(self) -> bool:
-        """Take more nodes, for posteriors far from normal; return whether there were more to take."""
-        if self.nodes not in _MORE_NODES:
-            return False
-        self.nodes = _MORE_NODES[self.nodes]
-        self.points, self.log_weights = _hermite(self.nodes, self.q)
-        return True
-
-    def split(self, parameters: Array) -> tuple[Array, Array]:
-        """Return fixed effects and the factor."""
-        factor = np.zeros((self.q, self.q))
-        factor[self.lower] = parameters[self.p :]
-        return parameters[: self.p], factor
-
-    def log_likelihood(self, parameters: Array) -> float:
-        """Return the marginal log likelihood."""
-        return float(self._integrate(parameters).values.sum())
-
-    def derivatives(self, parameters: Array) -> tuple[float, Array, Array]:
-        """Return the marginal log likelihood, its gradient, and the observed information."""
-        at = self._integrate(parameters)
-        slopes, curvatures = self.link.derivatives(self.felt[:, None], self.trials[:, None], at.predictors)
-        scores = self._scores(slopes, at.places)
-        weighted = at.weights[..., None] * scores
-        gradient_of = weighted.sum(axis=1)
-        information = self._curvature(at.weights[..., None] * curvatures, at.places)
-        information -= np.tensordot(weighted, scores, axes=([0, 1], [0, 1]))
-        information += gradient_of.T @ gradient_of
-        return float(at.values.sum()), gradient_of.sum(axis=0), information
-
-    def _scores(self, slopes: Array, places: Array) -> Array:
-        """Return the log likelihood's slopes at each node, shape (groups, nodes, parameters).
-
-        A predictor moves with b as x does, and with each entry of the factor as z times u.
-        """
-        rows_of, columns_of = self.lower
-        of_factor = (slopes @ self.random)[..., rows_of] * places[..., columns_of]
-        return np.concatenate([slopes @ self.fixed, of_factor], axis=2)
-
-    def _curvature(self, spread: Array, places: Array) -> Array:
-        """Return the nodes' mean curvature by the parameters, from the rows' moments of u over the nodes."""
-        rows_of, columns_of = self.lower
-        groups, _, q = places.shape
-        over_nodes = spread.transpose(0, 2, 1)
-        first = (over_nodes @ places)[..., columns_of] * self.random[..., rows_of]
-        squares = (places[..., None] * places[..., None, :]).reshape(groups, -1, q * q)
-        second = (over_nodes @ squares).reshape(groups, -1, q, q)
-        second = second[..., columns_of[:, None], columns_of]
-        outer = self.random[..., rows_of, None] * self.random[..., None, rows_of]
-        return np.block(
-            [
-                [self._over_rows(spread.sum(axis=1)[..., None] * self.fixed), self._over_rows(first)],
-                [self._over_rows(first).T, (second * outer).sum(axis=(0, 1))],
-            ]
-        )
-
-    def _over_rows(self, values: Array) -> Array:
-        """Return the sum over all rows of the fixed design times values."""
-        found: Array = np.tensordot(self.fixed, values, axes=([0, 1], [0, 1]))
-        return found
-
-    def _integrate(self, parameters: Array) -> "_Integrals":
-        beta, factor = self.split(parameters)
-        effects = self.random @ factor
-        base = self.fixed @ beta
-        modes, curvature = self._find_modes(base, effects)
-        scale = np.linalg.inv(np.linalg.cholesky(curvature)).transpose(0, 2, 1)
-        places = modes[:, None] + (scale[:, None] @ self.points[..., None])[..., 0]
-        predictors = base[:, None] + places @ effects.transpose(0, 2, 1)
-        logs = self.link.log_likelihood(self.felt[:, None], self.trials[:, None], predictors).sum(axis=2)
-        logs += self.log_weights + 0.5 * (self.points**2).sum(axis=1) - 0.5 * (places**2).sum(axis=2)
-        largest = logs.max(axis=1, keepdims=True)
-        shares = np.exp(logs - largest)
-        totals = shares.sum(axis=1, keepdims=True)
-        values = (largest + np.log(totals))[:, 0] + np.log(np.abs(np.linalg.det(scale)))
-        return _Integrals(values, shares / totals, places, predictors)
-
-    def _find_modes(self, base: Array, effects: Array) -> tuple[Array, Array]:
-        """Return the modes of the participants' posteriors of u, and the curvature there."""
-        modes = self._modes
-        for _ in range(_MODE_STEPS):
-            predictors = base + np.einsum("grq,gq->gr", effects, modes)
-            slopes, spread = self.link.derivatives(self.felt, self.trials, predictors)
-            slope = np.einsum("grq,gr->gq", effects, slopes) - modes
-            curvature = np.einsum("gri,gr,grj->gij", effects, spread, effects) + np.eye(self.q)
-            step = np.linalg.solve(curvature, slope[..., None])[..., 0]
-            step *= np.minimum(1.0, 3.0 / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-12))
-            modes = modes + step
-            if np.abs(step).max() < _MODE_CONVERGED:
-                break
-        self._modes = modes
-        return modes, curvature
+    parameters: Array
+    at: Derivatives
+    trouble: Trouble | None
+    rested: bool
 
 
-def _climb(model: _Model, start: Array) -> tuple[Array, bool, Array]:
-    """Return the maximum by Newton steps, whether they came to rest, and the information there."""
-    parameters = start
-    value, gradient, information = model.derivatives(parameters)
+def _climb(model: Marginal, start: Array) -> _Rest:
+    """Return the maximum by as many nodes as the likelihood needs to rest."""
+    rest = _newton(model, start)
+    while not (rest.rested and model.rests(rest.parameters, rest.at.value, _RESTING)):
+        if not model.refine():
+            return dataclasses.replace(rest, trouble=rest.trouble or "not at rest", rested=False)
+        rest = _newton(model, rest.parameters)
+    return rest
+
+
+def _newton(model: Marginal, parameters: Array) -> _Rest:
+    """Climb by Newton's steps; they may fail near the maximum, where nodes are too few."""
+    at = model.derivatives(parameters)
     for _ in range(_MOST_STEPS):
-        step = _ascent(information, gradient)
-        gain = float(gradient @ step)
-        if abs(gain) < _CONVERGED:
-            return parameters + step, True, information
+        step = _ascent(at)
+        gain = float(at.gradient @ step)
+        if gain < _CONVERGED:
+            upward = _off_a_saddle(at)
+            if upward is None:
+                return _Rest(parameters + step, at, None, rested=True)
+            step = upward
         size = 1.0
         tried = model.derivatives(parameters + step)
-        while tried[0] < value + 1e-4 * size * gain - 1e-12 and size > _SMALLEST_STEP:
+        while not _better(at, tried, size * gain) and size > _SMALLEST_STEP:
             size /= 2
             tried = model.derivatives(parameters + size * step)
         if size <= _SMALLEST_STEP:  # the sums' value and slope disagree: too few nodes
-            if not model.refine():
-                return parameters, gain < _NEARLY_CONVERGED, information
-            value, gradient, information = model.derivatives(parameters)
-            continue
-        parameters = parameters + size * step
-        value, gradient, information = tried
-        if np.abs(parameters[: model.p]).max() > _LARGEST_LOGIT:
-            return parameters, False, information
-    return parameters, False, information
+            near = gain < _NEARLY_CONVERGED
+            return _Rest(parameters, at, None if near else "not at rest", rested=near)
+        parameters, at = parameters + size * step, tried
+        if _deviation(model, parameters) > _FARTHEST:
+            return _Rest(parameters, at, "unbounded", rested=gain < _LITTLE)
+    return _Rest(parameters, at, "not at rest", rested=False)
 
 
-def _ascent(information: Array, gradient: Array) -> Array:
+def _better(at: Derivatives, tried: Derivatives, gain: float) -> bool:
+    return tried.value >= at.value + 1e-4 * gain - 1e-12
+
+
+def _ascent(at: Derivatives) -> Array:
     """Return a Newton step that goes uphill, of at most 2 in each parameter."""
-    values, vectors = np.linalg.eigh(information)
+    values, vectors = np.linalg.eigh(at.information)
     bounded = np.maximum(np.abs(values), 1e-6 * max(1.0, float(np.abs(values).max())))
-    step: Array = vectors @ ((vectors.T @ gradient) / bounded)
+    step: Array = vectors @ ((vectors.T @ at.gradient) / bounded)
     return step * min(1.0, 2.0 / max(float(np.abs(step).max()), 1e-12))
 
 
-def _climb_laplace(model: _Model, start: Array, information: Array) -> tuple[Array, bool, Array]:
-    """Maximise Laplace's approximation, whose slopes are taken by differences, as `_climb` does.
+def _off_a_saddle(at: Derivatives) -> Array | None:
+    """Return a step along which the likelihood curves upward where its slope is zero; None at a maximum."""
+    values, vectors = np.linalg.eigh(at.information)
+    return _OFF_A_SADDLE * vectors[:, 0] if values[0] < -_DOWNWARD * max(1.0, float(values[-1])) else None
 
-    It starts where the quadrature has its maximum, which is close by and has nearly the same information.
+
+def _deviation(model: Marginal, parameters: Array) -> float:
+    """Return the largest standard deviation of a random effect."""
+    return math.sqrt((model.split(parameters)[1] ** 2).sum(axis=1).max())
+
+
+def _climb_laplace(model: Marginal, start: Array) -> _Rest:
+    """Maximise Laplace's approximation, whose slopes are taken by differences, as `_newton` does.
+
+    It starts where the quadrature has its maximum, which is close by.
     """
-    parameters, value = start, model.log_likelihood(start)
+    parameters = start
+    at = _by_differences(model, parameters)
     for _ in range(_MOST_STEPS):
-        gradient = _gradient(model.log_likelihood, parameters)
-        step = _ascent(information, gradient)
-        gain = float(gradient @ step)
-        if abs(gain) < _CONVERGED:
-            return parameters, True, -_hessian(model.log_likelihood, parameters)
+        step = _ascent(at)
+        gain = float(at.gradient @ step)
         size = 1.0
-        while (tried := model.log_likelihood(parameters + size * step)) < value and size > _SMALLEST_STEP:
+        while model.log_likelihood(parameters + size * step) < at.value and size > _SMALLEST_STEP:
             size /= 2
         if size <= _SMALLEST_STEP:  # as high as rounding lets it get
-            return parameters, gain < _NEARLY_CONVERGED, -_hessian(model.log_likelihood, parameters)
-        parameters, value = parameters + size * step, tried
-    return parameters, False, information
+            near = gain < _NEARLY_CONVERGED
+            return _Rest(parameters, at, None if near else "not at rest", rested=near)
+        if gain < _CONVERGED:
+            return _Rest(parameters + size * step, at, None, rested=True)
+        parameters = parameters + size * step
+        at = _by_differences(model, parameters)
+    return _Rest(parameters, at, "not at rest", rested=False)
+
+
+def _by_differences(model: Marginal, parameters: Array) -> Derivatives:
+    function = model.log_likelihood
+    return Derivatives(function(parameters), _gradient(function, parameters), -_hessian(function, parameters))
 
 
 def _gradient(function: Callable[[Array], float], at: Array, step: float = 1e-4) -> Array:
@@ -350,21 +312,35 @@ def _hessian(function: Callable[[Array], float], at: Array, step: float = 1e-3) 
     return hessian
 
 
-def _result(model: _Model, parameters: Array, converged: bool, information: Array) -> GlmmFit:
-    beta, factor = model.split(parameters)
+def _result(model: Marginal, rest: _Rest) -> GlmmFit:
+    beta, factor = model.split(rest.parameters)
     signs = np.where(np.diag(factor) < 0, -1.0, 1.0)  # the sign of a column means nothing
     turned = np.concatenate([np.ones(model.p), signs[model.lower[1]]])
-    covariance = np.asarray(np.linalg.pinv(information, hermitian=True), float)
+    covariance, flat = _covariance(rest.at.information, model.p)
+    trouble = rest.trouble
+    if trouble is None and flat:
+        trouble = "unbounded" if np.abs(beta).max() > _FAR_LOGIT else "undetermined"
+    elif trouble is None and _deviation(model, rest.parameters) > _LARGEST_DEVIATION:
+        trouble = "unbounded"
     factor = factor * signs
     return GlmmFit(
         coefficients=beta,
         parameter_covariance=covariance * np.outer(turned, turned),
         factor=factor,
-        log_likelihood=model.log_likelihood(parameters),
+        log_likelihood=model.log_likelihood(rest.parameters),
         nodes=model.nodes,
-        converged=converged and bool((np.linalg.eigvalsh(covariance[: model.p, : model.p]) > 0).all()),
+        trouble=trouble,
+        rested=rest.rested,
         singular=_is_singular(factor),
     )
+
+
+def _covariance(information: Array, fixed: int) -> tuple[Array, bool]:
+    """Return the inverse of the information where it is curved, and whether it is flat in a fixed effect."""
+    values, vectors = np.linalg.eigh(information)
+    curved = values > _FLAT
+    inverse: Array = (vectors[:, curved] / values[curved]) @ vectors[:, curved].T
+    return inverse, bool(np.abs(vectors[:fixed, ~curved]).max(initial=0.0) > _INVOLVED)
 
 
 def _is_singular(factor: Array) -> bool:
@@ -375,12 +351,7 @@ def _is_singular(factor: Array) -> bool:
     return bool((np.abs(correlations[np.tril_indices(len(factor), -1)]) > _CORRELATED).any())
 
 
-@lru_cache(maxsize=16)
-def _hermite(nodes: int, dimensions: int) -> tuple[Array, Array]:
-    """Return nodes and log weights for integrals over a standard normal density, shape (k, q) and (k,)."""
-    x, w = np.polynomial.hermite_e.hermegauss(nodes)
-    grids = np.meshgrid(*[x] * dimensions, indexing="ij")
-    weights: Sequence[Array] = np.meshgrid(
-        *[np.log(w) - 0.5 * math.log(2 * math.pi)] * dimensions, indexing="ij"
-    )
-    return np.stack([g.ravel() for g in grids], axis=1), np.sum([w.ravel() for w in weights], axis=0)
+def _upper_chi2(statistic: float, df: int) -> float:
+    from scipy.special import chdtrc
+
+    return float(chdtrc(df, statistic))

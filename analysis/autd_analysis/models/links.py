@@ -9,7 +9,10 @@ Array = NDArray[np.float64]
 
 
 class Link(Protocol):
-    """How the probability of "felt" follows from a linear predictor."""
+    """A link of the linear predictor to the probability.
+
+    Where the binomial log likelihood is concave in the predictor, its curvature serves to search by, too.
+    """
 
     def probability(self, predictor: Array) -> Array:
         """Return the probability of "felt"."""
@@ -24,11 +27,7 @@ class Link(Protocol):
         """Return its first derivative by the predictor, and the negative second."""
 
     def scoring(self, felt: Array, trials: Array, predictor: Array) -> tuple[Array, Array]:
-        """Return its first derivative, and a curvature for the search of modes that is never negative.
-
-        Where the log likelihood is concave in the predictor, as by logit and probit, the negative second
-        derivative will do; elsewhere it is the expected one.
-        """
+        """Return its first derivative, and a curvature that is never negative, to search by."""
 
 
 class Logit:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from autd_analysis.design import Condition
 from autd_analysis.intervals import Interval, wald_interval
-from autd_analysis.models.glmm import BinomialRows, GlmmFit
+from autd_analysis.models.glmm import GlmmFit
 from autd_analysis.models.links import Link
+from autd_analysis.models.marginal import BinomialRows
 
 Array = NDArray[np.float64]
 

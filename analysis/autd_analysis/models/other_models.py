@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from autd_analysis.design import Condition, Design
 from autd_analysis.intervals import Interval, wald_interval
-from autd_analysis.models.cells import Compared, compared_rows, null_space, participants, planned
+from autd_analysis.models.cells import Compared, NoModel, compared_rows, participants, planned
 from autd_analysis.models.conditional import fit_conditional
+from autd_analysis.models.contrasts import null_space
 from autd_analysis.models.firth import firth_effect
 from autd_analysis.models.gee import CORRECTIONS, Correction, fit_gee
-from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.rates import ParticipantRate
 
 Array = NDArray[np.float64]
@@ -31,7 +32,6 @@ GEE_METHODS: dict[Correction, str] = {
 CONDITIONAL = "conditional logistic"
 FIRTH = "Firth logistic"
 
-_NOT_COMPARED = "fewer than 4 participants, or no trials in a condition that is compared"
 _NO_GEE = "the equations have no finite solution, as where all or none were felt in a condition"
 _NO_VARIANCE = "participants are exactly alike, or one stands alone in a condition: no standard error"
 _NO_CONDITIONAL = "no finite estimate: within participants, answers are separated or too few differ"
@@ -99,11 +99,11 @@ def _estimates(
     rates: Sequence[ParticipantRate], compared: Compared, at: Condition
 ) -> Iterator[OtherEstimate]:
     found = compared_rows(rates, compared, at)
-    if found is None:
+    if isinstance(found, NoModel):
         there = [rate for rate in rates if set(at) <= set(rate.condition) and rate.n > 0]
         counts = len({rate.participant for rate in there}), sum(rate.n for rate in there)
         for method in (*GEE_METHODS.values(), CONDITIONAL, FIRTH):
-            yield OtherEstimate(compared, at, method, *counts, note=_NOT_COMPARED)
+            yield OtherEstimate(compared, at, method, *counts, note=found.cause)
         return
     rows, weights = found
     yield from _gee(rows, weights, compared, at)

@@ -14,8 +14,8 @@ import numpy as np
 
 from autd_analysis.design import Condition
 from autd_analysis.intervals import Interval, wald_interval
-from autd_analysis.models.cells import Compared, compared_rows, is_separated, penalised, without
-from autd_analysis.models.glmm import fit_glmm, likelihood_ratio
+from autd_analysis.models.cells import Compared, NoModel, compared_rows, is_separated, penalised
+from autd_analysis.models.glmm import TROUBLES, Nested, fit_nested
 from autd_analysis.rates import ParticipantRate
 from autd_trials.protocol.schema import Level
 
@@ -51,7 +51,7 @@ class MixedModelTest:
 
 def mixed_model_test(
     rates: Sequence[ParticipantRate], factor: str, first: Level, second: Level, at: Condition
-) -> MixedModelTest | None:
+) -> MixedModelTest | NoModel:
     """Test the difference of two levels of a factor.
 
     Parameters
@@ -66,27 +66,27 @@ def mixed_model_test(
 
     Returns
     -------
-    MixedModelTest | None
-        None with fewer than 4 participants, without trials in a cell that is compared, or if nothing
-        converged.
+    MixedModelTest | NoModel
+        The cause with fewer than 4 participants, without trials in a cell that is compared, or where the fit
+        is in trouble.
     """
     compared = compared_rows(rates, Compared(factor, first, second), at)
-    if compared is None:
-        return None
+    if isinstance(compared, NoModel):
+        return compared
     rows, weights = compared
     separated = is_separated(rows)
     if separated:
         rows = penalised(rows)
-    full, reduced = fit_glmm(rows), fit_glmm(without(rows, weights[None]))
-    if not (full.converged and reduced.converged):
-        return None
-    statistic, p = likelihood_ratio(full, reduced, df=1)
+    tested = fit_nested(rows, weights[None])
+    if not isinstance(tested, Nested):
+        return NoModel(TROUBLES[tested])
+    full = tested.full
     logits = float(weights @ full.coefficients)
     return MixedModelTest(
         logits=logits,
         interval=wald_interval(logits, float(np.sqrt(weights @ full.covariance @ weights))),
-        statistic=statistic,
-        p=p,
+        statistic=tested.statistic,
+        p=tested.p,
         slope_sd=float(full.standard_deviations[1]),
         penalised=separated,
         singular=full.singular,

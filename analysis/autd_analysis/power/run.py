@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autd_analysis.intervals import Interval, t_quantile, wilson_interval
+from autd_analysis.models.cells import NoModel
 from autd_analysis.models.planned import mixed_model_test
 from autd_analysis.power.fast import paired_t_p, rejected, sign_flip_p
 from autd_analysis.power.model import Counts, PlannedContrast, StudyModel
@@ -213,15 +214,20 @@ def _differences(counts: Counts, contrast: PlannedContrast) -> Counts:
 def _mixed_model(model: StudyModel, counts: Counts, contrast: PlannedContrast) -> tuple[float, float]:
     """Return p and width for one study's counts, shape (participants, cells)."""
     test = mixed_model_test(model.rates(counts), contrast.factor, *contrast.levels, contrast.at)
-    return (np.nan, np.nan) if test is None else (test.p, test.interval.high - test.interval.low)
+    if isinstance(test, NoModel):
+        return np.nan, np.nan
+    return test.p, test.interval.high - test.interval.low
 
 
 def _holm(p: Array) -> Array:
-    """Adjust over the contrasts of every test and study; `autd_analysis.adjustment.holm` does one family."""
+    """Adjust over the contrasts of every test and study; `autd_analysis.adjustment.holm` does one family.
+
+    There as here a test that could not be made (NaN) counts: the family is what was planned.
+    """
     order = np.argsort(p, axis=-1)  # NaN last
     ascending = np.take_along_axis(p, order, axis=-1)
-    made = (~np.isnan(p)).sum(axis=-1, keepdims=True)
-    stepped = np.minimum(ascending * np.maximum(made - np.arange(p.shape[-1]), 1), 1.0)
+    contrasts = p.shape[-1]
+    stepped = np.minimum(ascending * (contrasts - np.arange(contrasts)), 1.0)
     adjusted = np.empty_like(p)
     np.put_along_axis(adjusted, order, np.maximum.accumulate(stepped, axis=-1), axis=-1)
     return adjusted

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from autd_analysis.intervals import Interval, t_interval
-from autd_analysis.models.glmm import BinomialRows, GlmmFit, fit_glmm
+from autd_analysis.models.glmm import GlmmFit, fit_glmm
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.psychometric.fit import Curve, fit
 from autd_analysis.psychometric.functions import (
     Array,
@@ -32,6 +33,7 @@ MIXED_MODEL = "mixed model with random intercept and steepness, 95 % interval by
 FEWEST_PARTICIPANTS = 4
 
 _Z = 1.959963984540054
+_LEAST_DIVISOR = 1e-100  # so that its square is a number
 
 
 @dataclass(frozen=True)
@@ -168,8 +170,8 @@ def _rises(answers: Sequence[Answers], guess: float, lapse: float, core: Core, a
 class KnownRates:
     """The link p = guess + (1 - guess - lapse) F(predictor) with known rates of each participant.
 
-    Participants are along the first axis of all arrays. The likelihood is not concave, so the information is
-    the expected one, which is what Fisher's scoring takes.
+    Participants are along the first axis of all arrays. The likelihood is not concave: modes are searched by
+    the expected curvature, but the information takes the observed one.
     """
 
     def __init__(self, core: Core, guess: Array, lapse: Array) -> None:
@@ -191,11 +193,24 @@ class KnownRates:
         return found
 
     def derivatives(self, felt: Array, trials: Array, predictor: Array) -> tuple[Array, Array]:
-        """Return its first derivative and the expected information."""
-        p, not_p = self._both(predictor)
-        guess, lapse = self._rates(predictor)
-        density = (1 - guess - lapse) * self.core.density(predictor)
+        """Return its first derivative and the negative second, which is what answers tell."""
+        density, p, not_p, bend = self._rise(predictor)
+        hits, misses = felt / p, (trials - felt) / not_p
+        slope = hits - misses
+        return density * slope, density**2 * (hits / p + misses / not_p) - bend * slope
+
+    def scoring(self, felt: Array, trials: Array, predictor: Array) -> tuple[Array, Array]:
+        """Return its first derivative and the expected information, which is never negative."""
+        density, p, not_p, _ = self._rise(predictor)
         return density * (felt / p - (trials - felt) / not_p), trials * (density / p) * (density / not_p)
+
+    def _rise(self, predictor: Array) -> tuple[Array, Array, Array, Array]:
+        """Return dp, p, 1 - p and the second derivative of p."""
+        below, above, density, bend = self.core.derivatives(predictor)
+        guess, lapse = self._rates(predictor)
+        span = 1 - guess - lapse
+        p, not_p = guess + span * below, lapse + span * above
+        return span * density, np.maximum(p, _LEAST_DIVISOR), np.maximum(not_p, _LEAST_DIVISOR), span * bend
 
     def _rates(self, like: Array) -> tuple[Array, Array]:
         shape = (-1, *[1] * (like.ndim - 1))

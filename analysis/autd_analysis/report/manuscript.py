@@ -160,13 +160,19 @@ def _tests_made(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
         f"{_upper_first(_counted(len(comparisons), 'comparison'))} within participants "
         f"{_was(len(comparisons))} planned: {what}."
     )
-    one = comparisons[0]
-    numbers = {_SIGN_FLIP: one.sign_flip_tests, _PAIRED_T: one.paired_t_tests, _MIXED: one.mixed_model_tests}
-    made = [f"{test} (adjusted over {number})" for test, number in numbers.items() if number]
+    made = [
+        test
+        for test, its in (
+            (_SIGN_FLIP, [result.sign_flip for result in comparisons]),
+            (_PAIRED_T, [result.paired_t for result in comparisons]),
+            (_MIXED, [result.mixed_model for result in comparisons]),
+        )
+        if any(its)
+    ]
     if made:
         yield (
             f"Participants' differences of rates were tested two-sided by {_and(made)}; p values were "
-            "adjusted by Holm's method for each kind of test."
+            f"adjusted by Holm's method over {_counted(comparisons[0].family, 'planned test')} of each kind."
         )
     else:
         yield "None of them could be tested."

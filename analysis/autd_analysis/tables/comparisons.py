@@ -49,8 +49,8 @@ _SIGN_FLIP: tuple[Column[ComparisonResult], ...] = (
     ),
     Column(
         "sign_flip_tests",
-        "Number of sign-flip tests adjusted for: all planned ones that were testable.",
-        lambda result: result.sign_flip_tests,
+        "Number of sign-flip tests adjusted for: all that were planned, made or not.",
+        lambda result: result.family,
     ),
 )
 _PAIRED_T: tuple[Column[ComparisonResult], ...] = (
@@ -64,8 +64,8 @@ _PAIRED_T: tuple[Column[ComparisonResult], ...] = (
     Column("t_p_holm", "Its p after Holm's adjustment.", lambda result: result.paired_t_holm),
     Column(
         "t_tests",
-        "Number of t tests adjusted for: all planned ones that were testable.",
-        lambda result: result.paired_t_tests,
+        "Number of t tests adjusted for: all that were planned, made or not.",
+        lambda result: result.family,
     ),
     Column(
         "t_dz",
@@ -130,8 +130,8 @@ _MIXED_MODEL: tuple[Column[ComparisonResult], ...] = (
     Column("glmm_p_holm", "Its p after Holm's adjustment.", lambda result: iterated(result.mixed_model_holm)),
     Column(
         "glmm_tests",
-        "Number of these tests adjusted for: all planned ones that were testable.",
-        lambda result: result.mixed_model_tests,
+        "Number of these tests adjusted for: all that were planned, made or not.",
+        lambda result: result.family,
     ),
     Column(
         "glmm_penalised",

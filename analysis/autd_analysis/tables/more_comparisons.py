@@ -117,10 +117,9 @@ def _adjusted(comparisons: Sequence[ComparisonResult]) -> Iterator[_Adjusted]:
     }
     for test, p_values in tests.items():
         by_method = {method: adjusted(p_values, method) for method in ADJUSTMENTS}
-        made = len(p_values) - p_values.count(None)
         for place, (result, p) in enumerate(zip(comparisons, p_values, strict=True)):
             its = {method: values[place] for method, values in by_method.items()}
-            yield _Adjusted(result, test, made, p, its)
+            yield _Adjusted(result, test, result.family, p, its)
 
 
 def _interaction_notes(found: Interaction) -> Iterator[str]:
@@ -162,14 +161,18 @@ ADJUSTED_P = Declared[_Adjusted](
         *COMPARED,
         _AT,
         Column("test", "Which test.", lambda row: row.test),
-        Column("tests", "Number of tests of this kind that were made.", lambda row: row.tests),
+        Column(
+            "tests",
+            "Number of tests of this kind: all that were planned, made or not.",
+            lambda row: row.tests,
+        ),
         Column("p", "p as it is, two-sided.", lambda row: row.p),
         *(
             Column(f"p_{method}", f"Adjusted: {about}.", _by_method(method))
             for method, about in ADJUSTMENTS.items()
         ),
     ),
-    notes=lambda row: "not testable, so not counted" if row.p is None else None,
+    notes=lambda row: "not testable, but counted" if row.p is None else None,
 )
 INTERACTIONS = Declared[Interaction](
     "interactions",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from autd_analysis.models.cells import Compared
-from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.rates import ParticipantRate
 
 REFERENCE = Path(__file__).parents[1] / "reference"

@@ -169,7 +169,7 @@ def test_a_study_in_which_all_or_nothing_was_felt_shows_no_effect(felt: int) -> 
 def test_too_few_people_have_no_model(people: int) -> None:
     model = cell_model(counts(np.full((people, 3, 2), 5)), CLOTHING, LEVELS)
     assert (model.fit, model.means, model.effects, model.interaction) == (None, (), (), None)
-    assert model.notes == ("no mixed model with fewer than 4 participants",)
+    assert model.notes == (f"no mixed model: {people} participant(s) with answers, and it takes 4",)
 
 
 def test_without_any_answer_there_is_no_model() -> None:

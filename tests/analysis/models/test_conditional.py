@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from autd_analysis.models.conditional import fit_conditional
-from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.models.marginal import BinomialRows
 from statsmodels.discrete.conditional_models import ConditionalLogit
 
 from tests.analysis.models.studies import CELLS, STUDIES, r_values, study

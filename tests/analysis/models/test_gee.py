@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 from autd_analysis.models.gee import CORRECTIONS, fit_gee
-from autd_analysis.models.glmm import BinomialRows
+from autd_analysis.models.marginal import BinomialRows
 from scipy.linalg import sqrtm
 
 from tests.analysis.models.studies import CELLS, STUDIES, r_values, single_answers, study, uneven

@@ -98,8 +98,7 @@ def test_too_few_people_are_not_compared() -> None:
     three = [rate for rate in rates(1) if rate.participant in ("1", "2", "3")]
     assert {(each.participants, each.trials) for each in estimates(three).values()} == {(3, 60)}
     assert all(
-        each.logits is None and each.note and "fewer than 4" in each.note
-        for each in estimates(three).values()
+        each.logits is None and each.note and "it takes 4" in each.note for each in estimates(three).values()
     )
 
 

@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from autd_analysis.models.cells import NoModel
 from autd_analysis.models.planned import MixedModelTest, mixed_model_test
 from autd_analysis.rates import ParticipantRate
 from scipy.special import expit, logit
@@ -40,7 +41,14 @@ def drawn(seed: int, drop: float, participants: int = 8, ease: float = 0.5) -> l
 def compare(
     its_rates: list[ParticipantRate], first: str = "inner", second: str = "both"
 ) -> MixedModelTest | None:
-    return mixed_model_test(its_rates, "clothing", first, second, AT_100)
+    found = mixed_model_test(its_rates, "clothing", first, second, AT_100)
+    return found if isinstance(found, MixedModelTest) else None
+
+
+def cause(its_rates: list[ParticipantRate]) -> str:
+    found = mixed_model_test(its_rates, "clothing", "inner", "both", AT_100)
+    assert isinstance(found, NoModel)
+    return found.cause
 
 
 def test_people_who_are_alike_give_the_difference_of_their_logits() -> None:
@@ -71,7 +79,7 @@ def test_at_a_frequency_only_the_trials_there_count() -> None:
 def test_over_all_frequencies_people_who_are_alike_give_the_mean_of_the_differences() -> None:
     felt = np.tile([[6, 3], [5, 4], [8, 5]], (8, 1, 1))
     overall = mixed_model_test(rates(felt), "clothing", "inner", "both", ())
-    assert overall is not None
+    assert isinstance(overall, MixedModelTest)
     assert overall.logits == pytest.approx(np.diff(logit(felt[0] / 10)).mean() * -1, abs=2e-3)
 
 
@@ -106,14 +114,14 @@ def test_a_study_in_which_all_or_nothing_was_felt_shows_no_difference(value: int
 
 
 def test_too_few_people_and_empty_cells_are_not_tested() -> None:
-    assert compare(drawn(4, 1.0, participants=3)) is None
+    assert cause(drawn(4, 1.0, participants=3)) == "3 participant(s) with answers, and it takes 4"
     empty = [
         ParticipantRate(rate.participant, rate.condition, 0, 0, None, None)
         if set(AT_100) <= set(rate.condition) and ("clothing", "both") in rate.condition
         else rate
         for rate in drawn(5, 1.0)
     ]
-    assert compare(empty) is None
+    assert cause(empty) == "no trials in modulation_hz 100, clothing both"
 
 
 def test_missing_cells_of_single_people_are_no_hindrance() -> None:

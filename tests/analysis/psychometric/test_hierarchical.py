@@ -5,8 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from autd_analysis.models.glmm import BinomialRows, fit_glmm
+from autd_analysis.models.glmm import fit_glmm
 from autd_analysis.models.links import LOGIT, PROBIT, Link
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.psychometric.fit import Curve, fit
 from autd_analysis.psychometric.functions import LOGISTIC, NORMAL, Array, Axis, Core, psychometric_function
 from autd_analysis.psychometric.hierarchical import (
