@@ -10,16 +10,18 @@ import argparse
 import itertools
 import math
 import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from autd_analysis.models.glmm import fit_glmm
+from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.psychometric.fit import NOT_AT_REST, fit
 from autd_analysis.psychometric.functions import (
     LOGISTIC,
@@ -29,8 +31,12 @@ from autd_analysis.psychometric.functions import (
     Core,
     predictor_at_threshold,
     psychometric_function,
+    slope_per_steepness,
 )
+from autd_analysis.psychometric.hierarchical import KnownRates, mean_threshold, mixed_curve
+from autd_analysis.psychometric.intervals import OpenInterval, profile_intervals
 from autd_analysis.psychometric.model import Answers, Model, answers
+from autd_analysis.psychometric.resampling import resample
 
 OCTAVES = Axis(logarithmic=True)
 CORES = (NORMAL, LOGISTIC, WEIBULL)
@@ -43,9 +49,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("parts", nargs="*", metavar="PART")
     parser.add_argument("--sets", type=int, default=SETS)
+    parser.add_argument("--kinds", help="only kinds with this in their name", default="")
     options = parser.parse_args()
     for name in options.parts or PARTS:
-        PARTS[name](options.sets)
+        PARTS[name](options.sets, options.kinds)
 
 
 # Harsh kinds of answers
@@ -321,10 +328,12 @@ def binomial(hits: float, n: float, p: float) -> float:
     )
 
 
-def maxima(sets: int) -> None:
+def maxima(sets: int, kinds: str) -> None:
     """Compare the fits' log likelihoods with the global search, kind by kind."""
     print(f"Maxima of {sets} random sets of each kind, against a global search:")
     for name, kind in KINDS.items():
+        if kinds not in name:
+            continue
         found = Parallel(n_jobs=2)(delayed(shortfall)(kind, seed) for seed in range(sets))
         short = np.array([each for each, _ in found])
         restless = sum(restless for _, restless in found)
@@ -346,7 +355,268 @@ def shortfall(kind: Callable[[np.random.Generator, Core], Case], seed: int) -> t
     return reference - fitted.log_likelihood, any(NOT_AT_REST in each.notes for each in fitted.curves)
 
 
-PARTS: dict[str, Callable[[int], None]] = {"maxima": maxima}
+# Mixed models
+
+_EVEN = np.linspace(-1, 1, 61)
+
+
+@dataclass(frozen=True)
+class Study:
+    """Participants' answers at the same levels, in octaves about their middle, and their known rates."""
+
+    levels: Array
+    felt: Array
+    n: Array
+    guess: Array
+    lapse: Array
+    core: Core
+
+    def log_likelihood(self, parameters: Array, region: Array | None = None) -> float:
+        """Return the marginal log likelihood by plain sums over a fine grid of random effects.
+
+        The grid covers each participant's posterior, or the `region` of another place.
+        """
+        logs, cell = self._on_grid(parameters, self.region(parameters) if region is None else region)
+        largest = logs.max(axis=1)
+        sums = largest + np.log(np.exp(logs - largest[:, None]).sum(axis=1))
+        return float((sums + np.log(cell)).sum())
+
+    def region(self, parameters: Array) -> Array:
+        """Return where each participant's posterior lies: centres and half widths, (people, 2, 2)."""
+        region = np.tile([[0.0, 6.5], [0.0, 6.5]], (len(self.felt), 1, 1))
+        for _ in range(2):
+            logs, _ = self._on_grid(parameters, region)
+            weights = np.exp(logs - logs.max(axis=1, keepdims=True))
+            weights /= weights.sum(axis=1, keepdims=True)
+            places = self._places(region)
+            means = [(weights * each).sum(axis=1) for each in places]
+            spreads = [
+                np.sqrt((weights * (each - mean[:, None]) ** 2).sum(axis=1) + 1e-4)
+                for each, mean in zip(places, means, strict=True)
+            ]
+            region = np.stack([np.stack(each, axis=1) for each in (means, 8 * np.array(spreads))], axis=2)
+        return region
+
+    def _places(self, region: Array) -> tuple[Array, Array]:
+        u, v = (each.ravel() for each in np.meshgrid(_EVEN, _EVEN, indexing="ij"))
+        centre, half_width = region[..., 0, None], region[..., 1, None]
+        return centre[:, 0] + half_width[:, 0] * u, centre[:, 1] + half_width[:, 1] * v
+
+    def _on_grid(self, parameters: Array, region: Array) -> tuple[Array, Array]:
+        """Return log densities at the nodes, (people, nodes), and the areas of cells, (people,)."""
+        u, v = self._places(region)
+        a, b, factor_a, factor_ab, factor_b = parameters
+        intercept, steepness = a + factor_a * u, b + factor_ab * u + factor_b * v
+        guess, lapse = self.guess[:, None], self.lapse[:, None]
+        logs = -0.5 * (u**2 + v**2) - math.log(2 * math.pi)
+        for place, felt, n in zip(self.levels, self.felt.T, self.n.T, strict=True):
+            below, above = self.core.distribution(intercept + steepness * place)
+            p = np.maximum(guess + (1 - guess - lapse) * below, 1e-300)
+            not_p = np.maximum(lapse + (1 - guess - lapse) * above, 1e-300)
+            logs += felt[:, None] * np.log(p) + (n - felt)[:, None] * np.log(not_p)
+        return logs, region[:, :, 1].prod(axis=1) * (_EVEN[1] - _EVEN[0]) ** 2
+
+    def rows(self) -> BinomialRows:
+        """Return the same for the product's mixed model."""
+        people, count = self.felt.shape
+        columns = np.tile(np.column_stack([np.ones(count), self.levels]), (people, 1))
+        participant = np.repeat(np.arange(people), count)
+        return BinomialRows(self.felt.ravel(), self.n.ravel(), columns, columns, participant)
+
+
+def study(
+    generator: np.random.Generator,
+    core: Core,
+    *,
+    people: int = 6,
+    trials: int = 12,
+    levels: int = 5,
+    guess: tuple[float, float] = (0.0, 0.05),
+    lapse: tuple[float, float] = (0.02, 0.02),
+    spread: float = 0.6,
+) -> Study:
+    """Return a study whose thresholds differ by so many octaves and whose log slopes half as much."""
+    x = np.linspace(-2, 2, levels)
+    guesses, lapses = generator.uniform(*guess, people), generator.uniform(*lapse, people)
+    felt = np.empty((people, levels))
+    for person in range(people):
+        p = psychometric_function(
+            core, Axis(logarithmic=False), x,
+            threshold=generator.normal(generator.uniform(-0.5, 0.5), spread),
+            slope=0.5 * math.exp(generator.normal(0, spread / 2)),
+            guess=guesses[person], lapse=lapses[person],
+        )  # fmt: skip
+        felt[person] = generator.binomial(trials, p)
+    return Study(x, felt, np.full(felt.shape, float(trials)), guesses, lapses, core)
+
+
+STUDIES: dict[str, dict[str, Any]] = {
+    "usual": {},
+    "known lapses of .02": {"guess": (0.0, 0.0)},
+    "high, differing rates": {"guess": (0.0, 0.45), "lapse": (0.0, 0.3)},
+    "two alternatives": {"guess": (0.5, 0.5), "trials": 30},
+    "people alike": {"spread": 0.0},
+    "people very different": {"spread": 1.5},
+    "few trials": {"people": 10, "trials": 3},
+    "three levels": {"levels": 3, "trials": 8},
+}
+
+
+def mixed(sets: int, kinds: str) -> None:
+    """Compare the mixed model's standard errors with numeric Hessians, and its maxima with other searches."""
+    print(f"Mixed models of {sets} random studies of each kind, against plain sums on a grid:")
+    for name, made in STUDIES.items():
+        if kinds not in name:
+            continue
+        found = Parallel(n_jobs=2)(delayed(agreement)(name, made, seed) for seed in range(sets))
+        fits = [each for each in found if each is not None]
+        error, short = (np.array([each[place] for each in fits]) for place in range(2))
+        print(
+            f"  {name:<22} fitted {len(fits)}, standard errors off by over 2 %: {int((error > 0.02).sum())}, "
+            f"by over .5 %: {int((error > 0.005).sum())}, median {np.median(error):.0e}; a likelier place by "
+            f"over .01: {int((short > 0.01).sum())} of {int((~np.isnan(short)).sum())} searched"
+            f"{'; worst seeds ' + str(np.argsort(-error)[:3].tolist()) if error.max() > 0.005 else ''}",
+            flush=True,
+        )
+
+
+def agreement(name: str, made: dict[str, Any], seed: int) -> tuple[float, float] | None:
+    """Return how far standard errors are off, and by how much another place is likelier."""
+    from scipy.optimize import minimize
+
+    generator = np.random.default_rng([seed, *map(ord, name)])
+    answered = study(generator, CORES[seed % 3], **made)
+    link = KnownRates(answered.core, answered.guess, answered.lapse)
+    fitted = fit_glmm(answered.rows(), link=link)
+    if not fitted.converged or fitted.coefficients[1] <= 0:
+        return None
+    at = np.concatenate([fitted.coefficients, fitted.factor[np.tril_indices(2)]])
+    region = answered.region(at)
+    numeric = np.linalg.pinv(-hessian(lambda x: answered.log_likelihood(x, region), at))[:2, :2]
+    ours, its = np.sqrt(np.diag(fitted.covariance)), np.sqrt(np.abs(np.diag(numeric)))
+    error = float(np.abs(ours / its - 1).max())
+    if seed % 5:
+        return error, math.nan
+    tops = [
+        -float(minimize(lambda x: -answered.log_likelihood(x), start, method="L-BFGS-B").fun)
+        for start in (at, np.array([0.0, 1.0, 0.5, 0.0, 0.2]), np.array([0.0, 2.0, 1.5, 0.3, 1.0]))
+    ]
+    return error, max(tops) - answered.log_likelihood(at)
+
+
+def hessian(function: Callable[[Array], float], at: Array, step: float = 2e-3) -> Array:
+    """Return second differences."""
+    moves, size = step * np.eye(len(at)), len(at)
+    found = np.empty((size, size))
+    for i, j in itertools.combinations_with_replacement(range(size), 2):
+        signs = ((1, 1), (1, -1), (-1, 1), (-1, -1))
+        corners = [function(at + a * moves[i] + b * moves[j]) for a, b in signs]
+        found[i, j] = found[j, i] = (corners[0] - corners[1] - corners[2] + corners[3]) / (4 * step**2)
+    return found
+
+
+# Coverage
+
+
+@dataclass(frozen=True)
+class Task:
+    """A participant's task: what is true, and how it is fitted."""
+
+    guess: float
+    lapse: float
+    model: Model
+    trials: int
+    catch: int = 0
+
+
+TASKS = {
+    "yes/no": Task(0.0, 0.02, Model(NORMAL, 0.0, 0.02), 20),
+    "yes/no, few trials": Task(0.0, 0.02, Model(NORMAL, 0.0, 0.02), 8),
+    "catch trials, guesses": Task(0.1, 0.02, Model(NORMAL, "shared", 0.02), 20, 40),
+    "two alternatives": Task(0.5, 0.02, Model(NORMAL, 0.5, 0.02), 40),
+    "lapses of .3, free": Task(0.0, 0.3, Model(NORMAL, 0.0, "free"), 20),
+    "two alternatives, lapses": Task(0.5, 0.15, Model(WEIBULL, 0.5, "free"), 40),
+}
+
+
+def coverage(sets: int, kinds: str) -> None:
+    """Count how often 95 % intervals hold the truth, of participants and of the mixed model."""
+    print(f"Share of {sets} studies whose 95 % interval holds the truth (profile; bootstrap):")
+    for name, task in TASKS.items():
+        if kinds not in name:
+            continue
+        held = np.array(Parallel(n_jobs=2)(delayed(participant_held)(task, seed) for seed in range(sets)))
+        share = [f"{each:.3f}" for each in np.nanmean(held, axis=0)]
+        print(
+            f"  {name:<26} threshold {share[0]}; {share[1]}   slope {share[2]}; {share[3]}   misfit told at "
+            f".05: {share[4]}",
+            flush=True,
+        )
+    print("The same of an average participant by the mixed model, and of mean thresholds by t:")
+    for people, trials, guess in ((4, 20, 0.0), (8, 12, 0.0), (12, 12, 0.0), (24, 12, 0.0), (8, 30, 0.5)):
+        name = f"{people} people, {trials} trials a level, guess {guess:g}"
+        if kinds not in name:
+            continue
+        every = Parallel(n_jobs=2)(delayed(mixed_held)(people, trials, guess, seed) for seed in range(sets))
+        held = np.array([each for each in every if each is not None])
+        share = [f"{each:.3f}" for each in np.nanmean(held, axis=0)]
+        print(
+            f"  {name:<40} threshold {share[0]}   slope {share[1]}   mean threshold {share[2]}   of {len(held)}",
+            flush=True,
+        )
+
+
+def participant_held(task: Task, seed: int) -> tuple[float, ...]:
+    """Return which intervals hold the truth, and whether the function is said not to fit."""
+    generator = np.random.default_rng([seed, 1])
+    levels, core = np.arange(6.0), task.model.core
+    p = psychometric_function(
+        core, OCTAVES, 2.0**levels, threshold=2**2.4, slope=0.45, guess=task.guess, lapse=task.lapse
+    )
+    n = np.full(6, task.trials)
+    catch = (float(generator.binomial(task.catch, task.guess)), float(task.catch))
+    fitted = fit([table(levels, generator.binomial(n, p), n, catch)], task.model, OCTAVES)
+    (profile,), (drawn_again,) = profile_intervals(fitted), resample(fitted)
+    assert drawn_again is not None
+    assert drawn_again.goodness is not None
+    found = profile, drawn_again.intervals
+    return (
+        *(holds(each.threshold, 2**2.4) for each in found),
+        *(holds(each.slope, 0.45) for each in found),
+        float(drawn_again.goodness.p < 0.05),
+    )
+
+
+def holds(interval: OpenInterval | None, truth: float) -> float:
+    """Return whether an interval holds the truth; NaN if there is none."""
+    if interval is None:
+        return math.nan
+    return float((interval.low or 0) <= truth <= (math.inf if interval.high is None else interval.high))
+
+
+def mixed_held(people: int, trials: int, guess: float, seed: int) -> tuple[float, float, float] | None:
+    """Return whether intervals hold the threshold and slope of an average participant; None without a fit."""
+    generator = np.random.default_rng([seed, people])
+    levels, n = np.arange(-2.0, 3.0), np.full(5, trials)
+    every = []
+    for _ in range(people):
+        intercept, steepness = generator.normal(0.4, 0.8), generator.normal(1.3, 0.3)
+        p = guess + (1 - guess - 0.02) * NORMAL.distribution(intercept + steepness * levels)[0]
+        every.append(table(levels, generator.binomial(n, p), n))
+    curve = mixed_curve(every, [guess] * people, [0.02] * people, NORMAL, OCTAVES)
+    if isinstance(curve, str):
+        return None
+    model = Model(NORMAL, guess, 0.02)
+    mean = mean_threshold([fit([each], model, OCTAVES).curves[0] for each in every], OCTAVES).interval
+    slope = 1.3 * slope_per_steepness(NORMAL)
+    return (
+        holds(curve.interval, 2 ** (-0.4 / 1.3)),
+        float(curve.slope_interval.low <= slope <= curve.slope_interval.high),
+        math.nan if mean is None else float(mean.low <= 2 ** (-0.4 / 1.3) <= mean.high),
+    )
+
+
+PARTS: dict[str, Callable[[int, str], None]] = {"maxima": maxima, "mixed": mixed, "coverage": coverage}
 
 if __name__ == "__main__":
     main()
