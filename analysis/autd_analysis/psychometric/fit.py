@@ -13,7 +13,7 @@ from autd_analysis.psychometric.functions import (
     predictor_at_threshold,
     slope_per_steepness,
 )
-from autd_analysis.psychometric.likelihood import PRECISE
+from autd_analysis.psychometric.likelihood import PRECISE, QUICK, Tops
 from autd_analysis.psychometric.model import Answers, Model, Problem, problem
 from autd_analysis.psychometric.starts import best_step, starting_points
 
@@ -21,6 +21,10 @@ _SAME = 1e-5  # log likelihoods that differ less are the same
 FARTHEST = 21.0
 """Largest scaled place of a threshold: 10 ranges of the levels beyond them."""
 
+NOT_AT_REST = "the fit did not come to rest: there may be a likelier function"
+
+_STARTS_OF_MANY = 2  # besides the function that answers were drawn from
+_AT_BOUND = 1e-6
 _FLAT = 1e-7  # steepness per half range of the levels below which a function is flat
 
 
@@ -92,55 +96,47 @@ def fit(conditions: Sequence[Answers], model: Model, axis: Axis) -> Fit:
         A curve for every condition; where there is no threshold its notes say why.
     """
     whole = problem(conditions, model, axis)
-    parameters, values = fit_many(whole, whole.felt[None])
-    curves = tuple(_curve(whole, number, parameters) for number in range(len(conditions)))
-    return Fit(whole, parameters[0], float(values[0]), curves)
+    top = climb_all(whole, whole.felt[None], starting_points(whole, whole.felt[None]), PRECISE)
+    rested = bool(top.rested[0])
+    curves = tuple(_curve(whole, number, top.parameters, rested=rested) for number in range(len(conditions)))
+    return Fit(whole, top.parameters[0], float(top.values[0]), curves)
 
 
-def fit_many(whole: Problem, felt: Array, gain: float = PRECISE) -> tuple[Array, Array]:
-    """Fit data sets of the same design.
+def fit_many(fitted: Fit, felt: Array) -> Array:
+    """Fit data sets that were drawn from a fitted function.
 
     Parameters
     ----------
-    whole
-        The design.
+    fitted
+        The fit.
     felt
-        Shape (data sets, rows).
-    gain
-        As in `Likelihood.climb`.
+        Shape (data sets, conditions, rows).
 
     Returns
     -------
-    parameters, log likelihoods
-        Shapes (data sets, size) and (data sets,).
+    Array
+        Parameters, shape (data sets, size).
     """
-    starts = starting_points(whole, felt)
+    whole = fitted.problem
+    truth = np.broadcast_to(fitted.parameters, (1, len(felt), whole.size))
+    starts = np.concatenate([truth, starting_points(whole, felt, _STARTS_OF_MANY)])
+    return climb_all(whole, felt, starts, QUICK).parameters
+
+
+def climb_all(whole: Problem, felt: Array, starts: Array, gain: float) -> Tops:
+    """Climb from all starts, (starts, data sets, size), and return the best top of each data set."""
     count, sets = starts.shape[:2]
-    design = np.broadcast_to(whole.design(), (count * sets, *whole.design().shape))
     low, high = (np.broadcast_to(bound, (count * sets, whole.size)) for bound in whole.bounds())
-    every = np.tile(felt, (count, 1))
-    flat = starts.reshape(count * sets, whole.size)
-    parameters, values = whole.likelihood.climb(every, design, np.zeros(every.shape), flat, (low, high), gain)
-    best = values.reshape(count, sets).argmax(axis=0)
-    chosen = best * sets + np.arange(sets)
-    return parameters[chosen], values[chosen]
+    every = np.broadcast_to(felt, (count, *felt.shape)).reshape(-1, *felt.shape[1:])
+    tops = whole.likelihood.climb(every, starts.reshape(-1, whole.size), (low, high), gain)
+    best = tops.values.reshape(count, sets).argmax(axis=0)
+    return tops.of(best * sets + np.arange(sets))
 
 
 def condition_log_likelihood(whole: Problem, number: int, felt: Array, parameters: Array) -> Array:
     """Return log likelihoods of a condition's stimuli, shape (data sets,)."""
-    mine = whole.stimuli(number)
-    p, not_p = probabilities(whole, parameters)
-    misses = whole.likelihood.trials - felt
-    found: Array = (felt * np.log(p) + misses * np.log(not_p))[:, mine].sum(axis=1)
+    found: Array = whole.of_levels(number, whole.likelihood.values(felt, parameters)).sum(axis=1)
     return found
-
-
-def probabilities(whole: Problem, parameters: Array) -> tuple[Array, Array]:
-    """Return p and 1 - p of every row, shape (data sets, rows)."""
-    functions = 2 * len(whole.conditions)
-    return whole.likelihood.probability(
-        parameters[:, :functions] @ whole.design().T, parameters[:, functions:]
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,11 +171,10 @@ def shapes(whole: Problem, number: int, felt: Array, parameters: Array) -> Shape
     whole, number
         The design, and the number of the condition.
     felt, parameters
-        What was fitted, shape (data sets, rows), and what came out, (data sets, size).
+        What was fitted, shape (data sets, conditions, rows), and what came out, (data sets, size).
     """
-    mine = whole.stimuli(number)
     guess, lapse = whole.rates(number, parameters)
-    n, levels, answered = whole.conditions[number].n, whole.levels(number), felt[:, mine]
+    n, levels, answered = whole.conditions[number].n, whole.levels(number), whole.of_levels(number, felt)
     best, level, at = best_step(answered, n, guess, lapse)
     step = condition_log_likelihood(whole, number, felt, parameters) <= best + _SAME
     intercept, steepness = parameters[:, 2 * number], parameters[:, 2 * number + 1]
@@ -203,7 +198,7 @@ def shapes(whole: Problem, number: int, felt: Array, parameters: Array) -> Shape
     )
 
 
-def _curve(whole: Problem, number: int, parameters: Array) -> Curve:
+def _curve(whole: Problem, number: int, parameters: Array, *, rested: bool) -> Curve:
     guess, lapse = (float(rate[0]) for rate in whole.rates(number, parameters))
     intercept, steepness = (float(each) for each in parameters[0, 2 * number : 2 * number + 2])
     threshold, slope, notes = _threshold_and_slope(whole, number, parameters)
@@ -216,7 +211,7 @@ def _curve(whole: Problem, number: int, parameters: Array) -> Curve:
             whole.model.highest_rates,
             strict=True,
         )
-        if isinstance(rate, str) and found >= highest
+        if isinstance(rate, str) and found >= highest - _AT_BOUND
     ]
     return Curve(
         threshold=threshold,
@@ -225,7 +220,7 @@ def _curve(whole: Problem, number: int, parameters: Array) -> Curve:
         lapse=lapse,
         intercept=intercept - steepness * whole.middle / whole.reach,
         steepness=steepness / whole.reach,
-        notes=(*notes, *at_most),
+        notes=(*notes, *at_most, *(() if rested else (NOT_AT_REST,))),
     )
 
 

@@ -33,6 +33,9 @@ class Core(Protocol):
     def density(self, predictor: Array) -> Array:
         """Return the derivative of F by the predictor."""
 
+    def derivatives(self, predictor: Array) -> tuple[Array, Array, Array, Array]:
+        """Return F, 1 - F, and the first and second derivative of F by the predictor."""
+
     def quantile(self, probability: Array) -> Array:
         """Return the predictor at which F has this value."""
 
@@ -52,6 +55,12 @@ class Logistic:
         """Return the derivative of F."""
         below, above = self.distribution(predictor)
         return below * above
+
+    def derivatives(self, predictor: Array) -> tuple[Array, Array, Array, Array]:
+        """Return F, 1 - F and the derivatives of F."""
+        below, above = self.distribution(predictor)
+        density = below * above
+        return below, above, density, density * (above - below)
 
     def quantile(self, probability: Array) -> Array:
         """Return log odds."""
@@ -76,6 +85,11 @@ class Normal:
         found: Array = np.exp(-0.5 * near**2) / math.sqrt(2 * math.pi)
         return found
 
+    def derivatives(self, predictor: Array) -> tuple[Array, Array, Array, Array]:
+        """Return F, 1 - F and the derivatives of F."""
+        density = self.density(predictor)
+        return *self.distribution(predictor), density, -np.clip(predictor, -38, 38) * density
+
     def quantile(self, probability: Array) -> Array:
         """Return normal quantiles."""
         from scipy.special import ndtri
@@ -99,6 +113,13 @@ class Weibull:
         near = np.clip(predictor, -_FARTHEST, _FARTHEST)
         found: Array = np.exp(near - np.exp(near))
         return found
+
+    def derivatives(self, predictor: Array) -> tuple[Array, Array, Array, Array]:
+        """Return F, 1 - F and the derivatives of F."""
+        grown = np.exp(np.clip(predictor, -_FARTHEST, _FARTHEST))
+        above = np.exp(-grown)
+        density = grown * above
+        return -np.expm1(-grown), above, density, density * (1 - grown)
 
     def quantile(self, probability: Array) -> Array:
         """Return the complementary log-log."""

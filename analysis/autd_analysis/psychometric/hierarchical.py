@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autd_analysis.basics.intervals import Interval, t_interval
-from autd_analysis.models.glmm import GlmmFit, fit_glmm
+from autd_analysis.basics.intervals import Interval, t_interval, t_quantile
+from autd_analysis.models.glmm import TROUBLES, GlmmFit, fit_glmm
 from autd_analysis.models.marginal import BinomialRows
 from autd_analysis.psychometric.fit import Curve, fit
 from autd_analysis.psychometric.functions import (
@@ -28,11 +28,13 @@ from autd_analysis.psychometric.model import Answers, Model
 from autd_analysis.psychometric.model import answers as put_together
 
 TWO_STAGE = "mean over participants of single thresholds, 95 % t interval"
-MIXED_MODEL = "mixed model with random intercept and steepness, 95 % interval by Fieller's theorem"
+MIXED_MODEL = (
+    "mixed model with random intercept and steepness, 95 % interval by Fieller's theorem with Student's t"
+)
 
 FEWEST_PARTICIPANTS = 4
 
-_Z = 1.959963984540054
+_LEAST_DIVISOR = 1e-100  # so that its square is a number
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ class MixedCurve:
     threshold_sd
         Standard deviation of participants' thresholds in octaves or units, by the delta method.
     slope, slope_interval
-        dF/dt at the threshold, and its Wald interval.
+        dF/dt at the threshold, and its interval by Student's t.
     slope_sd
         Standard deviation of participants' slopes.
     participants
@@ -112,7 +114,7 @@ def mean_slope(curves: Sequence[Curve]) -> Mean:
 
 def mixed_curve(
     answers: Sequence[Answers], guesses: Sequence[float], lapses: Sequence[float], core: Core, axis: Axis
-) -> MixedCurve | None:
+) -> MixedCurve | str:
     """Fit the mixed model of one condition.
 
     Parameters
@@ -126,15 +128,13 @@ def mixed_curve(
 
     Returns
     -------
-    MixedCurve or None
-        None with fewer than four participants, if the answers of all together have no function with a
-        threshold and a finite slope, if the steps did not come to rest, or if they rest where the information
-        is not that of a maximum.
+    MixedCurve or str
+        The model, or why there is none.
     """
     if len(answers) < FEWEST_PARTICIPANTS:
-        return None
+        return f"it needs {FEWEST_PARTICIPANTS} participants"
     if not _rises(answers, statistics.fmean(guesses), statistics.fmean(lapses), core, axis):
-        return None
+        return "all answers together do not rise gradually along the levels"
     places = np.concatenate([axis.place(each.x) for each in answers])
     middle = float((places.max() + places.min()) / 2)
     columns = np.column_stack([np.ones(len(places)), places - middle])
@@ -146,13 +146,14 @@ def mixed_curve(
         participant=np.repeat(np.arange(len(answers)), [len(each.x) for each in answers]),
     )
     fitted = fit_glmm(rows, link=KnownRates(core, np.array(guesses, float), np.array(lapses, float)))
-    # where a variance is zero the steps creep towards it: singular, but at rest otherwise
-    if not (fitted.converged or fitted.singular) or fitted.coefficients[1] <= 0:
-        return None
+    if fitted.trouble:
+        return TROUBLES[fitted.trouble]
     if not _is_positive_definite(fitted.covariance):
-        return None
+        return TROUBLES["undetermined"]
+    if fitted.coefficients[1] <= 0:
+        return "the function of an average participant does not rise"
     curve = _mixed_curve(fitted, len(answers), middle, core, axis)
-    return curve if math.isfinite(curve.threshold) else None
+    return curve if math.isfinite(curve.threshold) else "its threshold is too large to be written"
 
 
 def _is_positive_definite(covariance: Array) -> bool:
@@ -169,8 +170,8 @@ def _rises(answers: Sequence[Answers], guess: float, lapse: float, core: Core, a
 class KnownRates:
     """The link p = guess + (1 - guess - lapse) F(predictor) with known rates of each participant.
 
-    Participants are along the first axis of all arrays. The likelihood is not concave, so the information is
-    the expected one, which is what Fisher's scoring takes.
+    Participants are along the first axis of all arrays. The likelihood is not concave: modes are searched by
+    the expected curvature, but the information takes the observed one.
     """
 
     def __init__(self, core: Core, guess: Array, lapse: Array) -> None:
@@ -192,13 +193,24 @@ class KnownRates:
         return found
 
     def derivatives(self, felt: Array, trials: Array, predictor: Array) -> tuple[Array, Array]:
-        """Return its first derivative and the expected information."""
-        p, not_p = self._both(predictor)
-        guess, lapse = self._rates(predictor)
-        density = (1 - guess - lapse) * self.core.density(predictor)
+        """Return its first derivative and the negative second, which is what answers tell."""
+        density, p, not_p, bend = self._rise(predictor)
+        hits, misses = felt / p, (trials - felt) / not_p
+        slope = hits - misses
+        return density * slope, density**2 * (hits / p + misses / not_p) - bend * slope
+
+    def scoring(self, felt: Array, trials: Array, predictor: Array) -> tuple[Array, Array]:
+        """Return its first derivative and the expected information, which is never negative."""
+        density, p, not_p, _ = self._rise(predictor)
         return density * (felt / p - (trials - felt) / not_p), trials * (density / p) * (density / not_p)
 
-    scoring = derivatives
+    def _rise(self, predictor: Array) -> tuple[Array, Array, Array, Array]:
+        """Return dp, p, 1 - p and the second derivative of p."""
+        below, above, density, bend = self.core.derivatives(predictor)
+        guess, lapse = self._rates(predictor)
+        span = 1 - guess - lapse
+        p, not_p = guess + span * below, lapse + span * above
+        return span * density, np.maximum(p, _LEAST_DIVISOR), np.maximum(not_p, _LEAST_DIVISOR), span * bend
 
     def _rates(self, like: Array) -> tuple[Array, Array]:
         shape = (-1, *[1] * (like.ndim - 1))
@@ -215,10 +227,11 @@ def _mixed_curve(fitted: GlmmFit, participants: int, middle: float, core: Core, 
     intercept, steepness = (float(each) for each in fitted.coefficients)
     needed = predictor_at_threshold(core) - intercept
     place, slope_unit = needed / steepness, slope_per_steepness(core)
-    ends = fieller(needed, steepness, fitted.covariance * np.array([[1.0, -1.0], [-1.0, 1.0]]))
+    quantile = t_quantile(participants - 1)
+    ends = fieller(needed, steepness, fitted.covariance * np.array([[1.0, -1.0], [-1.0, 1.0]]), quantile)
     spread = fitted.factor @ fitted.factor.T
     weights = np.array([1.0, place])
-    half_width = _Z * math.sqrt(float(fitted.covariance[1, 1]))
+    half_width = quantile * math.sqrt(float(fitted.covariance[1, 1]))
     return MixedCurve(
         threshold=axis.stimulus(middle + place),
         interval=OpenInterval(*(_finite(end, middle, axis) for end in ends)),
@@ -237,8 +250,10 @@ def _finite(end: float | None, middle: float, axis: Axis) -> float | None:
     return stimulus if math.isfinite(stimulus) else None
 
 
-def fieller(above: float, below: float, covariance: Array) -> tuple[float | None, float | None]:
-    """Return the 95 % interval of a ratio of two normal estimates; open where the lower one might be zero.
+def fieller(
+    above: float, below: float, covariance: Array, quantile: float
+) -> tuple[float | None, float | None]:
+    """Return the interval of a ratio of two normal estimates; open where the lower one might be zero.
 
     E. C. Fieller (1954), J. R. Stat. Soc. B 16, 175-185.
 
@@ -248,8 +263,10 @@ def fieller(above: float, below: float, covariance: Array) -> tuple[float | None
         The ratio is above / below.
     covariance
         Of both, shape (2, 2).
+    quantile
+        Half the interval's width in standard errors.
     """
-    square = _Z**2
+    square = quantile**2
     a = below**2 - square * float(covariance[1, 1])
     if a <= 0:
         return None, None

@@ -67,7 +67,7 @@ def profile_intervals(fitted: Fit) -> tuple[CurveIntervals, ...]:
     """
     able = [number for number, each in enumerate(fitted.problem.conditions) if len(each.x) > 1]
     jobs: list[Job] = [(number, quantity) for number in able for quantity in QUANTITIES]
-    ends = _ends(Profile(fitted), jobs) if jobs else {}
+    ends = _ends(Profile(fitted, {job: _grid(fitted, *job) for job in jobs}), jobs) if jobs else {}
     return tuple(
         CurveIntervals(_thresholds(fitted, ends[number, "threshold"]), _slopes(fitted, ends[number, "slope"]))
         if number in able
@@ -98,15 +98,12 @@ def _grid(fitted: Fit, number: int, quantity: Quantity) -> Array:
 
 
 def _ends(profile: Profile, jobs: Sequence[Job]) -> dict[Job, OpenInterval]:
-    """Look at all profiles on their grids, and refine the outermost crossings of all of them together."""
-    grids = [_grid(profile.fitted, *job) for job in jobs]
-    repeated = [job for job, grid in zip(jobs, grids, strict=True) for _ in grid]
-    distances = profile.distances(repeated, np.concatenate(grids))
+    """Refine the outermost crossings of all profiles together."""
     ends: dict[Job, list[float | None]] = {job: [None, None] for job in jobs}
     sides: list[tuple[Job, int]] = []
     brackets: list[tuple[float, float, float, float]] = []
-    of_jobs = np.split(distances, np.cumsum([len(grid) for grid in grids])[:-1])
-    for job, grid, distance in zip(jobs, grids, of_jobs, strict=True):
+    for job in jobs:
+        grid, distance = profile.grids[job], profile.on_grid(job)
         inside = np.flatnonzero(distance <= max(0.0, float(distance.min())))
         for side, near, far in ((0, inside[0], inside[0] - 1), (1, inside[-1], inside[-1] + 1)):
             if 0 <= far < len(grid):
@@ -133,7 +130,7 @@ def _refine(profile: Profile, jobs: Sequence[Job], brackets: Array) -> Array:
             break
         inside, outside, value_in, value_out = brackets.T
         at = outside - value_out * (outside - inside) / (value_out - value_in)
-        value = profile.distances([jobs[int(index)] for index in left], at)
+        value = profile.between([jobs[int(index)] for index in left], at)
         found[left] = at
         side = np.where(np.abs(value) < _NEAR, 0.0, np.sign(value))
         # an end that is kept a second time counts half, so that it is not kept for ever

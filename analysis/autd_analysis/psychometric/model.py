@@ -2,16 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from autd_analysis.psychometric.functions import NORMAL, Array, Axis, Core
-from autd_analysis.psychometric.likelihood import Likelihood
-
-Rate = float | Literal["shared", "free"]
-"""A guess or lapse rate: fixed at a value, one for all conditions of a participant, or one for each."""
+from autd_analysis.psychometric.likelihood import Likelihood, Rate
 
 HIGHEST_GUESS, HIGHEST_LAPSE = 0.4, 0.5
 """Highest rates that are estimated; a fixed rate lowers what the other may be, by `LEAST_SPAN`."""
@@ -98,8 +93,8 @@ def axis_of(levels: Array) -> Axis:
 class Problem:
     """Conditions put together for the likelihood.
 
-    Rows are the levels of all conditions and then one row per condition for its catch trials. Parameters are
-    intercept and steepness of each condition (of t about its middle), guess rates, and lapse rates.
+    Rows of a condition are its levels, padding, and last its catch trials. Parameters are intercept and
+    steepness of each condition (of t about the middle), guess rates, and lapse rates.
 
     Attributes
     ----------
@@ -110,11 +105,7 @@ class Problem:
     likelihood
         Of the rows.
     felt
-        Shape (rows,).
-    place
-        Scaled abscissa; 0 for catch trials. Shape (rows,).
-    condition
-        Of each row, shape (rows,).
+        Shape (conditions, rows).
     """
 
     model: Model
@@ -124,22 +115,11 @@ class Problem:
     reach: float
     likelihood: Likelihood
     felt: Array
-    place: Array
-    condition: Array
 
     @property
     def size(self) -> int:
         """Number of parameters."""
-        return 2 * len(self.conditions) + sum(self.likelihood.rate_counts)
-
-    def design(self) -> Array:
-        """Return the predictor's design, shape (rows, 2 conditions): ones and places of each condition."""
-        found = np.zeros((len(self.felt), 2 * len(self.conditions)))
-        for number in range(len(self.conditions)):
-            mine = self.stimuli(number)
-            found[mine, 2 * number] = 1
-            found[mine, 2 * number + 1] = self.place[mine]
-        return found
+        return self.likelihood.size
 
     def bounds(self) -> tuple[Array, Array]:
         """Return the lowest and highest parameters: functions do not fall, rates are as `Model` allows."""
@@ -157,19 +137,17 @@ class Problem:
 
     def levels(self, number: int) -> Array:
         """Return the scaled levels of a condition."""
-        found: Array = (self.axis.place(self.conditions[number].x) - self.middle) / self.reach
+        found: Array = self.likelihood.place[number, : len(self.conditions[number].x)]
         return found
 
-    def stimuli(self, number: int) -> NDArray[np.bool_]:
-        """Return which rows are a condition's stimuli."""
-        found: NDArray[np.bool_] = (self.condition == number) & (self.likelihood.stimulus > 0)
-        return found
+    def of_levels(self, number: int, rows: Array) -> Array:
+        """Return what rows, (data sets, conditions, rows), say of a condition's levels."""
+        return rows[:, number, : len(self.conditions[number].x)]
 
     def rates(self, number: int, parameters: Array) -> tuple[Array, Array]:
         """Return guess and lapse rates of a condition, (problems,), of parameters (problems, size)."""
-        row = int(np.flatnonzero(self.condition == number)[0])
-        guess, lapse = self.likelihood.rates_of_rows(parameters[:, 2 * len(self.conditions) :])
-        return guess[:, row], lapse[:, row]
+        guess, lapse = self.likelihood.rates(parameters)
+        return guess[:, number], lapse[:, number]
 
 
 def problem(conditions: Sequence[Answers], model: Model, axis: Axis) -> Problem:
@@ -177,34 +155,20 @@ def problem(conditions: Sequence[Answers], model: Model, axis: Axis) -> Problem:
     places = [axis.place(each.x) for each in conditions]
     every = np.concatenate([*places, [0.0]])[: max(1, sum(map(len, places)))]
     middle, reach = float((every.max() + every.min()) / 2), float((every.max() - every.min()) / 2) or 1.0
-    count = len(conditions)
-    number = np.concatenate([np.repeat(np.arange(count), list(map(len, places))), np.arange(count)])
-    estimated = float(isinstance(model.guess, str))
-    catch_felt, catch_n = (
-        estimated * np.array([(each.catch_felt, each.catch_n) for each in conditions]).reshape(-1, 2).T
-    )
+    rows = max(map(len, places), default=0) + 1
+    felt, trials, place, stimulus = (np.zeros((len(conditions), rows)) for _ in range(4))
+    for number, (each, its_places) in enumerate(zip(conditions, places, strict=True)):
+        count = len(its_places)
+        felt[number, :count], trials[number, :count] = each.felt, each.n
+        place[number, :count], stimulus[number, :count] = (its_places - middle) / reach, 1
+        if isinstance(model.guess, str):
+            felt[number, -1], trials[number, -1] = each.catch_felt, each.catch_n
     return Problem(
         model=model,
         axis=axis,
         conditions=tuple(conditions),
         middle=middle,
         reach=reach,
-        likelihood=Likelihood(
-            core=model.core,
-            trials=np.concatenate([*(each.n for each in conditions), catch_n]),
-            stimulus=np.concatenate([np.ones(len(number) - count), np.zeros(count)]),
-            guess_of=_rate_columns(model.guess, number, count),
-            lapse_of=_rate_columns(model.lapse, number, count),
-            fixed_guess=0.0 if isinstance(model.guess, str) else model.guess,
-            fixed_lapse=0.0 if isinstance(model.lapse, str) else model.lapse,
-        ),
-        felt=np.concatenate([*(each.felt for each in conditions), catch_felt]),
-        place=np.concatenate([*((each - middle) / reach for each in places), np.zeros(count)]),
-        condition=number,
+        likelihood=Likelihood(model.core, place, trials, stimulus, model.guess, model.lapse),
+        felt=felt,
     )
-
-
-def _rate_columns(rate: Rate, condition: Array, conditions: int) -> Array:
-    if rate == "shared":
-        return np.ones((len(condition), 1))
-    return np.eye(conditions)[condition] if rate == "free" else np.zeros((len(condition), 0))

@@ -11,7 +11,6 @@ from autd_analysis.data.trials import Trials
 from autd_analysis.psychometric.fit import Curve, fit
 from autd_analysis.psychometric.functions import Array, Axis, Core
 from autd_analysis.psychometric.hierarchical import (
-    FEWEST_PARTICIPANTS,
     Mean,
     MixedCurve,
     mean_slope,
@@ -241,10 +240,11 @@ def _group(cell: Condition, people: Sequence[ParticipantCurve], core: Core, axis
         axis,
     )
     threshold, slope = mean_threshold(curves, axis), mean_slope(curves)
-    return GroupCurve(cell, threshold, slope, mixed, tuple(_group_notes(curves, slope, mixed)))
+    notes = tuple(_group_notes(curves, slope, mixed))
+    return GroupCurve(cell, threshold, slope, None if isinstance(mixed, str) else mixed, notes)
 
 
-def _group_notes(curves: Sequence[Curve], slope: Mean, mixed: MixedCurve | None) -> Iterator[str]:
+def _group_notes(curves: Sequence[Curve], slope: Mean, mixed: MixedCurve | str) -> Iterator[str]:
     without = sum(each.threshold is None for each in curves)
     if without:
         yield f"{without} of {len(curves)} participant(s) have no threshold and are not in its mean"
@@ -253,10 +253,8 @@ def _group_notes(curves: Sequence[Curve], slope: Mean, mixed: MixedCurve | None)
         yield f"{outside} threshold(s) lie outside the levels tested: extrapolated"
     if slope.participants < len(curves):
         yield f"{len(curves) - slope.participants} participant(s) have no finite slope"
-    if len(curves) < FEWEST_PARTICIPANTS:
-        yield f"no mixed model: it needs {FEWEST_PARTICIPANTS} participants"
-    elif mixed is None:
-        yield "no mixed model: answers do not rise, are all the same, too few, or have no clear maximum"
+    if isinstance(mixed, str):
+        yield f"no mixed model: {mixed}"
     elif mixed.singular:
         yield "mixed model singular: a variance is zero or a correlation 1"
 

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 from autd_analysis.psychometric.functions import LOGISTIC, NORMAL, WEIBULL, Core
-from autd_analysis.psychometric.model import LEAST_SPAN, Model, Rate
+from autd_analysis.psychometric.likelihood import Rate
+from autd_analysis.psychometric.model import LEAST_SPAN, Model
 from autd_trials.errors import UsageError
 
 CORES: dict[str, Core] = {core.name.lower(): core for core in (NORMAL, LOGISTIC, WEIBULL)}

@@ -1,15 +1,21 @@
 """The profile likelihood of thresholds and slopes: the best function that has a given one."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from autd_analysis.psychometric.fit import Fit
 from autd_analysis.psychometric.functions import Array, predictor_at_threshold
-from autd_analysis.psychometric.likelihood import QUICK
-from autd_analysis.psychometric.starts import grid_log_likelihood, rates_to_try, threshold_grid, width
+from autd_analysis.psychometric.likelihood import QUICK, Restriction
+from autd_analysis.psychometric.starts import (
+    grid_log_likelihood,
+    rates_to_try,
+    threshold_grid,
+    width,
+)
 
 Quantity = Literal["threshold", "slope"]
 Job = tuple[int, Quantity]
@@ -23,87 +29,156 @@ _GENTLEST = 1e-3
 _STEEPEST_WIDTH = 0.1  # of the smallest distance between levels: as good as a step
 _SMALLEST_DISTANCE = 0.01  # in half ranges
 _NEAREST = 1e-9
+_MOST_RATES = 2  # values of the estimated rates to begin with, besides the fitted ones
+_MOST_ROUNDS = 6
+_GAINED = 1e-4
 
 
 class Profile:
-    """The profile of any condition's threshold (scaled place) or slope (log of the scaled steepness)."""
+    """The profile of any condition's threshold (scaled place) or slope (log of the scaled steepness).
 
-    def __init__(self, fitted: Fit) -> None:
+    Parameters
+    ----------
+    fitted
+        The fit.
+    grids
+        Ascending points at which each profile is looked at first.
+    """
+
+    def __init__(self, fitted: Fit, grids: Mapping[Job, Array]) -> None:
         self.fitted, self.whole = fitted, fitted.problem
-        self.design = self.whole.design()
-        fitted_rates = fitted.parameters[2 * len(self.whole.conditions) :]
-        self._rates = [fitted_rates, *(rates_to_try(self.whole) if len(fitted_rates) else [])]
+        self.grids = dict(grids)
+        self._jobs = [job for job, grid in grids.items() for _ in grid]
+        self._points = np.concatenate(list(grids.values()))
+        sizes = [len(grid) for grid in grids.values()]
+        self._number = np.repeat(np.arange(len(sizes)), sizes)
+        self._first = dict(zip(grids, np.cumsum([0, *sizes[:-1]]).tolist(), strict=True))
+        self._found, self._values = self._climb(self._jobs, self._points, self._starts())
+        self._compare_neighbours()
 
-    def distances(self, jobs: Sequence[Job], points: Array) -> Array:
-        """Return signed distances from the intervals' ends, under 0 inside.
+    def on_grid(self, job: Job) -> Array:
+        """Return signed distances from the interval's ends at the points of a grid, under 0 inside.
 
         They are roots of deviances, which are nearly straight lines, so that ends are found in few steps.
-
-        Parameters
-        ----------
-        jobs, points
-            One point for each job; jobs may come again.
         """
-        whole = self.whole
-        built = [self._restricted(*job, float(point)) for job, point in zip(jobs, points, strict=True)]
-        design, offset, low, high = (np.array(each) for each in zip(*built, strict=True))
-        starts = self._starts(jobs, points)
-        count = len(starts)
+        first = self._first[job]
+        return self._distances(self._values[first : first + len(self.grids[job])])
+
+    def between(self, jobs: Sequence[Job], points: Array) -> Array:
+        """Return the same of one point for each job, from what was found at its neighbours on the grid."""
+        starts = np.empty((2, len(points), self.whole.size))
+        for index, (job, point) in enumerate(zip(jobs, points, strict=True)):
+            grid = self.grids[job]
+            after = min(max(int(np.searchsorted(grid, point)), 1), len(grid) - 1)
+            starts[:, index] = self._found[self._first[job] + after - 1 : self._first[job] + after + 1]
+        return self._distances(self._climb(jobs, points, starts)[1])
+
+    def _distances(self, values: Array) -> Array:
+        found: Array = np.sqrt(2 * np.maximum(0.0, self.fitted.log_likelihood - values)) - Z
+        return found
+
+    def _compare_neighbours(self) -> None:
+        """Climb from what was found at each point's neighbours, until no point gains by that."""
+        news = np.arange(len(self._points))
+        for _ in range(_MOST_ROUNDS):
+            news = np.union1d(self._climb_from(news, -1), self._climb_from(news, 1))
+            if len(news) == 0:
+                break
+
+    def _climb_from(self, there: NDArray[np.intp], side: int) -> NDArray[np.intp]:
+        """Climb at the points on one side of these from what was found at these; return which gained."""
+        here = there + side
+        inside = (here >= 0) & (here < len(self._jobs))
+        inside &= self._number[np.clip(here, 0, len(self._jobs) - 1)] == self._number[there]
+        here, there = here[inside], there[inside]
+        if len(here) == 0:
+            return here
+        jobs = [self._jobs[index] for index in here]
+        found, values = self._climb(jobs, self._points[here], self._found[None, there])
+        better = values > self._values[here] + _GAINED
+        here = here[better]
+        self._found[here], self._values[here] = found[better], values[better]
+        return here
+
+    def _climb(self, jobs: Sequence[Job], points: Array, starts: Array) -> tuple[Array, Array]:
+        """Return restricted parameters, (points, size), and log likelihoods, (points,)."""
+        whole, count = self.whole, len(starts)
+        restriction, low, high = self._restricted(jobs, points)
         again = np.tile(np.arange(len(points)), count)
-        _, values = whole.likelihood.climb(
-            np.broadcast_to(whole.felt, (len(again), len(whole.felt))),
-            design[again],
-            offset[again],
-            starts.reshape(len(again), -1),
+        tops = whole.likelihood.climb(
+            np.broadcast_to(whole.felt, (len(again), *whole.felt.shape)),
+            starts.reshape(-1, whole.size),
             (low[again], high[again]),
             QUICK,
+            restriction.of(again),
         )
-        best = values.reshape(count, -1).max(axis=0)
-        found: Array = np.sqrt(2 * np.maximum(0.0, self.fitted.log_likelihood - best)) - Z
-        return found
+        best = tops.of(tops.values.reshape(count, -1).argmax(axis=0) * len(points) + np.arange(len(points)))
+        return best.parameters, best.values
 
-    def _restricted(self, number: int, quantity: Quantity, point: float) -> tuple[Array, Array, Array, Array]:
-        """Return design, offset and bounds of the functions that have the value."""
-        own = 2 * number
-        gone = own + QUANTITIES.index(quantity)
-        design = np.delete(self.design, gone, axis=1)
-        low, high = (np.delete(each, gone) for each in self.whole.bounds())
-        if quantity == "slope":
-            return design, math.exp(point) * self.design[:, own + 1], low, high
-        # the steepness stays: predictor = predictor at the threshold + steepness (place - threshold)
-        design[:, own] = self.design[:, own + 1] - point * self.design[:, own]
-        offset = predictor_at_threshold(self.whole.model.core) * self.design[:, own]
-        return design, offset, low, high
+    def _restricted(self, jobs: Sequence[Job], points: Array) -> tuple[Restriction, Array, Array]:
+        """Return what functions have the values, and the bounds of their parameters.
 
-    def _starts(self, jobs: Sequence[Job], points: Array) -> Array:
-        """Return remaining parameters to begin with, shape (starts, points, size - 1)."""
-        found = np.empty((2 * len(self._rates), len(points), self.whole.size - 1))
-        for job in dict.fromkeys(jobs):
-            mine = [index for index, each in enumerate(jobs) if each == job]
-            for number, rates in enumerate(self._rates):
-                found[2 * number : 2 * number + 2, mine] = self._two_starts(job, points[mine], rates)
-        return found
+        Of the condition the parameters are threshold and steepness, of which one is given.
+        """
+        conditions, at_threshold = len(self.whole.conditions), predictor_at_threshold(self.whole.model.core)
+        offset = np.zeros((len(points), conditions, 2))
+        transform = np.tile(np.eye(2), (len(points), conditions, 1, 1))
+        low, high = (np.tile(bound, (len(points), 1)) for bound in self.whole.bounds())
+        for index, ((number, quantity), point) in enumerate(zip(jobs, points.tolist(), strict=True)):
+            gone = 2 * number + QUANTITIES.index(quantity)
+            low[index, gone] = high[index, gone] = 0
+            if quantity == "threshold":
+                offset[index, number] = at_threshold, 0
+                transform[index, number] = [[0, -point], [0, 1]]
+            else:
+                steepness = math.exp(point)
+                offset[index, number] = at_threshold, steepness
+                transform[index, number] = [[-steepness, 0], [0, 0]]
+        return Restriction(offset, transform), low, high
 
-    def _two_starts(self, job: Job, points: Array, rates: Array) -> Array:
-        """Return the fitted parameters with these rates, and two of the condition from halves of a grid."""
+    def _starts(self) -> Array:
+        """Return parameters to begin with on the grids, shape (starts, points, size)."""
+        found = []
+        for job, grid in self.grids.items():
+            fitted, *others = (self._two_starts(job, grid, rates) for rates in self._rates_to_try())
+            starts = [fitted[0]]
+            if others:
+                tried, values = (np.concatenate(each) for each in zip(*others, strict=True))
+                chosen = np.argsort(-values, axis=0, kind="stable")[:_MOST_RATES]
+                starts.append(np.take_along_axis(tried, chosen[..., None], axis=0))
+            found.append(np.concatenate(starts))
+        return np.concatenate(found, axis=1)
+
+    def _rates_to_try(self) -> list[Array]:
+        rates = self.fitted.parameters[2 * len(self.whole.conditions) :]
+        return [rates, *(rates_to_try(self.whole) if len(rates) else [])]
+
+    def _two_starts(self, job: Job, points: Array, rates: Array) -> tuple[Array, Array]:
+        """Return the fitted parameters with these rates, and two of the condition from halves of a grid.
+
+        Shapes (2, points, size) and, of their log likelihoods, (2, points).
+        """
         (number, quantity), whole = job, self.whole
-        mine = whole.stimuli(number)
         full = np.concatenate([self.fitted.parameters[: 2 * len(whole.conditions)], rates])
         guess, lapse = (float(rate[0]) for rate in whole.rates(number, full[None]))
         others = self._others(job, points)
         given = np.broadcast_to(points[:, None], others.shape)
         threshold, steepness = (given, others) if quantity == "threshold" else (others, np.exp(given))
-        felt = whole.felt[None, mine]
         values = grid_log_likelihood(
-            whole, number, felt, (guess, lapse), threshold.ravel(), steepness.ravel()
+            whole,
+            number,
+            whole.of_levels(number, whole.felt[None]),
+            (guess, lapse),
+            threshold.ravel(),
+            steepness.ravel(),
         ).reshape(others.shape)
         half, row = others.shape[1] // 2, np.arange(len(points))
-        halves = values[:, :half].argmax(axis=1), half + values[:, half:].argmax(axis=1)
-        best = np.array([others[row, each] for each in halves])
-        found = np.tile(np.delete(full, 2 * number + QUANTITIES.index(quantity)), (2, len(points), 1))
-        at_threshold = predictor_at_threshold(whole.model.core)
-        found[:, :, 2 * number] = best if quantity == "threshold" else at_threshold - np.exp(points) * best
-        return found
+        best = [values[:, :half].argmax(axis=1), half + values[:, half:].argmax(axis=1)]
+        found = np.tile(full, (2, len(points), 1))
+        found[:, :, 2 * number + 1 - QUANTITIES.index(quantity)] = [others[row, each] for each in best]
+        rows = whole.likelihood.values(whole.felt[None], full[None])[0]
+        rows[number, : len(whole.conditions[number].x)] = 0
+        return found, float(rows.sum()) + np.array([values[row, each] for each in best])
 
     def _others(self, job: Job, points: Array) -> Array:
         """Return what to try for each point: steepnesses of a threshold, thresholds of a steepness."""

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from autd_analysis.basics.intervals import CONFIDENCE
-from autd_analysis.psychometric.fit import Fit, condition_log_likelihood, fit_many, probabilities, shapes
+from autd_analysis.psychometric.fit import Fit, condition_log_likelihood, fit_many, shapes
 from autd_analysis.psychometric.functions import Array
 from autd_analysis.psychometric.intervals import CurveIntervals, OpenInterval
-from autd_analysis.psychometric.likelihood import QUICK
 from autd_analysis.psychometric.model import Problem
 
 BOOTSTRAP_INTERVAL = "95 % percentile interval of the parametric bootstrap"
@@ -87,11 +86,11 @@ def resample(fitted: Fit, resamples: int = RESAMPLES, seed: int = _SEED) -> tupl
         In the order of the curves; None where there is no function.
     """
     whole = fitted.problem
-    p, _ = probabilities(whole, fitted.parameters[None])
+    p, _ = whole.likelihood.probabilities(fitted.parameters[None])
     generator = np.random.default_rng(seed)
     trials = whole.likelihood.trials.astype(int)
-    felt = generator.binomial(trials, np.clip(p[0], 0, 1), (resamples, len(trials))).astype(float)
-    parameters, _ = fit_many(whole, felt, QUICK)
+    felt = generator.binomial(trials, np.clip(p[0], 0, 1), (resamples, *trials.shape)).astype(float)
+    parameters = fit_many(fitted, felt)
     return tuple(
         _of_curve(fitted, number, felt, parameters) if len(each.x) > 1 else None
         for number, each in enumerate(whole.conditions)
@@ -148,8 +147,7 @@ def deviances(whole: Problem, number: int, felt: Array, parameters: Array) -> Ar
     """Return the deviances of a condition's stimuli, shape (data sets,)."""
     from scipy.special import xlogy
 
-    mine = whole.stimuli(number)
-    answered, n = felt[:, mine], whole.conditions[number].n
+    answered, n = whole.of_levels(number, felt), whole.conditions[number].n
     most = (xlogy(answered, answered / n) + xlogy(n - answered, 1 - answered / n)).sum(axis=1)
     found: Array = 2 * np.maximum(0.0, most - condition_log_likelihood(whole, number, felt, parameters))
     return found

@@ -12,6 +12,7 @@ from autd_analysis.psychometric.fit import Curve, fit
 from autd_analysis.psychometric.functions import LOGISTIC, NORMAL, Array, Axis, Core, psychometric_function
 from autd_analysis.psychometric.hierarchical import (
     KnownRates,
+    MixedCurve,
     fieller,
     mean_slope,
     mean_threshold,
@@ -67,7 +68,7 @@ def test_without_guesses_and_lapses_it_is_the_mixed_model_of_that_link(core: Cor
     assert mine.log_likelihood == pytest.approx(its.log_likelihood, abs=1e-4)
     assert np.sqrt(np.diag(mine.covariance)) == pytest.approx(np.sqrt(np.diag(its.covariance)), rel=0.05)
     curve = mixed_curve(every, zero.tolist(), zero.tolist(), core, OCTAVES)
-    assert curve is not None
+    assert isinstance(curve, MixedCurve)
     assert math.log2(curve.threshold / 40) == pytest.approx(
         -its.coefficients[0] / its.coefficients[1], abs=2e-3
     )
@@ -109,7 +110,7 @@ def test_with_guesses_and_lapses_it_is_the_top_of_a_plain_quadrature() -> None:
 def test_a_population_is_recovered() -> None:
     every = people(60, seed=8, guess=0.05, lapse=0.02, trials=40)
     curve = mixed_curve(every, [0.05] * 60, [0.02] * 60, NORMAL, OCTAVES)
-    assert curve is not None
+    assert isinstance(curve, MixedCurve)
     assert curve.participants == 60
     assert math.log2(curve.threshold / 40) == pytest.approx(0, abs=3 * 0.6 / math.sqrt(60))
     assert curve.threshold_sd == pytest.approx(0.6, rel=0.25)
@@ -125,7 +126,7 @@ def test_the_interval_of_the_threshold_covers() -> None:
     covered, studies = 0, 150
     for seed in range(studies):
         curve = mixed_curve(people(12, seed, trials=12), [0.0] * 12, [0.0] * 12, NORMAL, OCTAVES)
-        assert curve is not None
+        assert isinstance(curve, MixedCurve)
         covered += (curve.interval.low or 0) <= 40 <= (curve.interval.high or math.inf)
     # Normal quantiles with 12 people: somewhat under 95 %; below the 0.1 % point of 90 % something is wrong
     assert covered >= stats.binom.ppf(0.001, studies, 0.9)
