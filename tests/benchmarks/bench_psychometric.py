@@ -264,10 +264,17 @@ class Search:
             found[:, 2 * number : 2 * number + 2] = grid[best]
         return found
 
-    def improved(self, points: Array, generator: np.random.Generator, steps: int = 400) -> Array:
-        """Return log likelihoods after a pattern search along random directions with shrinking steps."""
+    def improved(
+        self, points: Array, generator: np.random.Generator, steps: int = 400, given: int | None = None
+    ) -> Array:
+        """Return log likelihoods after a pattern search along random directions with shrinking steps.
+
+        One of the parameters may be given.
+        """
         best = self.log_likelihood(points)
         free = np.array([True] * (points.shape[1] - 2) + self.rates)
+        if given is not None:
+            free[given] = False
         size = np.full(len(points), 0.3)
         low = np.array([-np.inf] * (points.shape[1] - 2) + [0.0, 0.0])
         high = np.array([25.0, 12.0] * len(self.case.conditions) + list(self.highest))
@@ -285,6 +292,21 @@ class Search:
             size *= np.where(better, 1.5, 0.85)
             size = np.maximum(size, 1e-6)
         return best
+
+    def coordinate(self, which: int, value: float) -> float:
+        """Return the search's coordinate of a threshold (0), or of a slope (1)."""
+        if which == 0:
+            return float((math.log2(value) - self.low) / self.reach)
+        return math.log(value * self.reach / slope_per_steepness(self.case.model.core))
+
+    def best_with(self, which: int, value: float, generator: np.random.Generator) -> float:
+        """Return the largest log likelihood where the first threshold or log steepness is given."""
+        points = self.starts(most=2000)
+        points[:, which] = value
+        if which == 0:  # so steep that F is intermediate at the nearest level alone, or gentler
+            points[:, 1] = generator.uniform(-5, 12, len(points))
+        points = points[np.argsort(-self.log_likelihood(points))[:20]]
+        return float(self.improved(points, generator, 120, given=which).max())
 
     def closed_forms(self) -> float:
         """Return the likeliest step or flat function of a single condition; rates are clipped shares."""
@@ -353,6 +375,52 @@ def shortfall(kind: Callable[[np.random.Generator, Core], Case], seed: int) -> t
     fitted = fit(case.conditions, case.model, OCTAVES)
     reference = highest_log_likelihood(case, generator)
     return reference - fitted.log_likelihood, any(NOT_AT_REST in each.notes for each in fitted.curves)
+
+
+# Profiles
+
+
+def profiles(sets: int, kinds: str) -> None:
+    """Compare the ends of profile intervals with searches for the best function that has a value beyond.
+
+    What is inside was reached by the fit itself; the question is whether it missed anything outside.
+    """
+    print(f"Profile intervals of {sets} random sets of each kind, against searches beyond their ends:")
+    for name, kind in KINDS.items():
+        if kinds not in name:
+            continue
+        found = Parallel(n_jobs=2)(delayed(wrong_ends)(kind, seed) for seed in range(sets))
+        wrong = [(seed, *each) for seed, (_, every) in enumerate(found) for each in every]
+        print(
+            f"  {name:<20} ends {sum(count for count, _ in found)}, wrong {len(wrong)}"
+            f"{'; ' + str(wrong[:4]) if wrong else ''}",
+            flush=True,
+        )
+
+
+def wrong_ends(kind: Callable[[np.random.Generator, Core], Case], seed: int) -> tuple[int, list[Any]]:
+    """Return how many ends of intervals there are, and which are wrong with what is lost there."""
+    generator = np.random.default_rng([seed, *map(ord, kind.__name__)])
+    case = kind(generator, CORES[seed % 3])
+    fitted = fit(case.conditions, case.model, OCTAVES)
+    search = Search(case)
+    intervals = profile_intervals(fitted)[0]
+    ends, wrong = 0, []
+    for which, interval in enumerate((intervals.threshold, intervals.slope)):
+        if interval is None:
+            continue
+        for side, end in ((-1, interval.low), (1, interval.high)):
+            if end is None or end == 0:
+                continue
+            ends += 1
+            at = search.coordinate(which, end)
+            beyond = at + side * np.array([0.01, 0.04, 0.1, 0.2, 0.4, 0.8, 1.6, 3.0, 6.0])
+            lost = fitted.log_likelihood - max(
+                search.best_with(which, each, generator) for each in beyond if which == 0 or abs(each) < 9
+            )
+            if lost < 1.92 - 0.05:
+                wrong.append((("threshold", "slope")[which], side, round(lost, 3)))
+    return ends, wrong
 
 
 # Mixed models
@@ -561,7 +629,8 @@ def coverage(sets: int, kinds: str) -> None:
         held = np.array([each for each in every if each is not None])
         share = [f"{each:.3f}" for each in np.nanmean(held, axis=0)]
         print(
-            f"  {name:<40} threshold {share[0]}   slope {share[1]}   mean threshold {share[2]}   of {len(held)}",
+            f"  {name:<40} threshold {share[0]}   slope {share[1]}   mean threshold {share[2]}   "
+            f"of {len(held)}",
             flush=True,
         )
 
@@ -616,7 +685,12 @@ def mixed_held(people: int, trials: int, guess: float, seed: int) -> tuple[float
     )
 
 
-PARTS: dict[str, Callable[[int, str], None]] = {"maxima": maxima, "mixed": mixed, "coverage": coverage}
+PARTS: dict[str, Callable[[int, str], None]] = {
+    "maxima": maxima,
+    "profiles": profiles,
+    "mixed": mixed,
+    "coverage": coverage,
+}
 
 if __name__ == "__main__":
     main()

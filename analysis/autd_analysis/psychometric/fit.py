@@ -23,7 +23,7 @@ FARTHEST = 21.0
 
 NOT_AT_REST = "the fit did not come to rest: there may be a likelier function"
 
-_STARTS_OF_MANY = 2  # besides the function that answers were drawn from
+_HIGHER = 1e-3  # log likelihood of a point on a coarse grid over a top elsewhere
 _AT_BOUND = 1e-6
 _FLAT = 1e-7  # steepness per half range of the levels below which a function is flat
 
@@ -96,14 +96,18 @@ def fit(conditions: Sequence[Answers], model: Model, axis: Axis) -> Fit:
         A curve for every condition; where there is no threshold its notes say why.
     """
     whole = problem(conditions, model, axis)
-    top = climb_all(whole, whole.felt[None], starting_points(whole, whole.felt[None]), PRECISE)
-    rested = bool(top.rested[0])
+    felt = whole.felt[None]
+    top = climb(whole, felt, starting_points(whole, felt)[0], PRECISE)
+    low, high = whole.bounds()
+    rested = bool(whole.likelihood.at_rest(felt, top.parameters, (low[None], high[None]))[0])
     curves = tuple(_curve(whole, number, top.parameters, rested=rested) for number in range(len(conditions)))
     return Fit(whole, top.parameters[0], float(top.values[0]), curves)
 
 
 def fit_many(fitted: Fit, felt: Array) -> Array:
     """Fit data sets that were drawn from a fitted function.
+
+    Climbs begin at that function, and once more where a coarse grid knows a likelier one than they reach.
 
     Parameters
     ----------
@@ -118,12 +122,17 @@ def fit_many(fitted: Fit, felt: Array) -> Array:
         Parameters, shape (data sets, size).
     """
     whole = fitted.problem
-    truth = np.broadcast_to(fitted.parameters, (1, len(felt), whole.size))
-    starts = np.concatenate([truth, starting_points(whole, felt, _STARTS_OF_MANY)])
-    return climb_all(whole, felt, starts, QUICK).parameters
+    tops = climb(whole, felt, np.tile(fitted.parameters, (1, len(felt), 1)), QUICK)
+    starts, values = starting_points(whole, felt)
+    best, every = values.argmax(axis=0), np.arange(len(felt))
+    elsewhere = np.flatnonzero(values[best, every] > tops.values + _HIGHER)
+    if len(elsewhere):
+        others = climb(whole, felt[elsewhere], starts[best, every][None, elsewhere], QUICK)
+        tops.parameters[elsewhere] = others.parameters
+    return tops.parameters
 
 
-def climb_all(whole: Problem, felt: Array, starts: Array, gain: float) -> Tops:
+def climb(whole: Problem, felt: Array, starts: Array, gain: float) -> Tops:
     """Climb from all starts, (starts, data sets, size), and return the best top of each data set."""
     count, sets = starts.shape[:2]
     low, high = (np.broadcast_to(bound, (count * sets, whole.size)) for bound in whole.bounds())

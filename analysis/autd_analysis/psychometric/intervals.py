@@ -12,19 +12,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autd_analysis.psychometric.fit import FARTHEST, Fit
+from autd_analysis.psychometric.fit import FARTHEST, Fit, condition_log_likelihood
 from autd_analysis.psychometric.functions import Array, slope_per_steepness
 from autd_analysis.psychometric.profile import QUANTITIES, Job, Profile, Quantity, log_steepnesses
+from autd_analysis.psychometric.starts import best_step
 
 PROFILE_INTERVAL = "95 % profile-likelihood interval"
 
-_INSIDE = np.linspace(-1.0, 1.0, 25)
-_OUTSIDE = np.geomspace(0.1, FARTHEST - 1, 12)
+_INSIDE = np.linspace(-1.0, 1.0, 13)
+_OUTSIDE = np.geomspace(0.1, FARTHEST - 1, 8)
 """Distances from the levels, in half ranges; where the profile is still near its top at the farthest one, an
 interval of thresholds is open."""
 _REFINEMENTS = 25
 _NEAR = 1e-5
 _CLOSE = 2e-6
+_STEP_LOSES = 4.0  # of log likelihood, at the fitted rates; 1.92 matters at the best ones
 _MOST_JUMPS = 12  # levels; with more the grid is fine enough
 
 
@@ -86,8 +88,8 @@ def _grid(fitted: Fit, number: int, quantity: Quantity) -> Array:
     whole, curve, levels = fitted.problem, fitted.curves[number], fitted.problem.levels(number)
     middle, reach = (levels[-1] + levels[0]) / 2, (levels[-1] - levels[0]) / 2
     low, high = levels[0] - reach * _OUTSIDE, levels[-1] + reach * _OUTSIDE
-    # where answers are separated the profile jumps at a level
-    jumps = [levels - _CLOSE / 2, levels + _CLOSE / 2] if len(levels) <= _MOST_JUMPS else []
+    # where a step is nearly as likely the profile jumps at a level
+    jumps = [levels - _CLOSE / 2, levels + _CLOSE / 2] if _may_be_step(fitted, number) else []
     estimate = (
         []
         if curve.threshold is None
@@ -95,6 +97,16 @@ def _grid(fitted: Fit, number: int, quantity: Quantity) -> Array:
     )
     grid = np.concatenate([low, middle + reach * _INSIDE, levels, *jumps, estimate, high])
     return np.unique(np.clip(grid, low[-1], high[-1]))
+
+
+def _may_be_step(fitted: Fit, number: int) -> bool:
+    """Return whether a step would lose so little that it matters for an interval."""
+    whole, parameters = fitted.problem, fitted.parameters[None]
+    felt, guess_lapse = whole.felt[None], whole.rates(number, parameters)
+    own = condition_log_likelihood(whole, number, felt, parameters)
+    step, _, _ = best_step(whole.of_levels(number, felt), whole.conditions[number].n, *guess_lapse)
+    few = len(whole.conditions[number].x) <= _MOST_JUMPS
+    return few and bool(own[0] - step[0] < _STEP_LOSES)
 
 
 def _ends(profile: Profile, jobs: Sequence[Job]) -> dict[Job, OpenInterval]:

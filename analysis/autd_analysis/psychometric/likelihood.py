@@ -30,7 +30,7 @@ _MOST_STEPS = 150
 _NO_INFORMATION = 1e-25
 _LEAST_DAMPING, _FIRST_DAMPING = 1e-10, 1e-3
 _TIMID = 1.0  # damping above which a small gain does not mean that the top is near
-_LEAST_DIVISOR = 1e-100  # so that its square is a number
+_LEAST_DIVISOR = 1e-60  # so that products of squares are numbers
 _AT_REST = 1e-3  # log likelihood that another step would gain
 
 
@@ -63,17 +63,14 @@ class Tops:
     parameters, values
         Parameters, (problems, size), and log likelihoods, (problems,). Where answers are separated the
         steepness has no largest likelihood: it is then that at which the likelihood ceased to grow.
-    rested
-        Whether another step would gain nothing that matters.
     """
 
     parameters: Array
     values: Array
-    rested: NDArray[np.bool_]
 
     def of(self, problems: NDArray[np.intp]) -> "Tops":
         """Return those of some of the problems."""
-        return Tops(self.parameters[problems], self.values[problems], self.rested[problems])
+        return Tops(self.parameters[problems], self.values[problems])
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,21 +82,12 @@ class _Slopes:
     curvature: Array
     scale: Array
 
-    def where(self, better: NDArray[np.bool_], new: "_Slopes") -> "_Slopes":
-        """Return the new ones where they are better."""
-        return _Slopes(
-            np.where(better[:, None], new.values, self.values),
-            np.where(better[:, None, None], new.gradient, self.gradient),
-            np.where(better[:, None, None, None], new.curvature, self.curvature),
-            np.where(better[:, None, None], new.scale, self.scale),
-        )
-
     def put(self, problems: NDArray[np.intp], new: "_Slopes") -> None:
         """Replace those of some problems."""
         self.values[problems], self.gradient[problems] = new.values, new.gradient
         self.curvature[problems], self.scale[problems] = new.curvature, new.scale
 
-    def of(self, problems: NDArray[np.bool_]) -> "_Slopes":
+    def of(self, problems: NDArray[np.bool_] | NDArray[np.intp]) -> "_Slopes":
         """Return those of some of the problems."""
         return _Slopes(
             self.values[problems], self.gradient[problems], self.curvature[problems], self.scale[problems]
@@ -205,6 +193,10 @@ class Likelihood:
             What the functions of the problems are restricted to.
         """
         return _Climb(self, felt, start, bounds, restriction).run(gain)
+
+    def at_rest(self, felt: Array, parameters: Array, bounds: tuple[Array, Array]) -> NDArray[np.bool_]:
+        """Return whether another step from parameters would gain nothing that matters, (problems,)."""
+        return _Climb(self, felt, parameters, bounds, None).promise() < _AT_REST
 
     def _predictor(self, functions: Array) -> Array:
         return functions[..., :1] + functions[..., 1:] * self.place
@@ -405,8 +397,7 @@ class _Climb:
 
     def run(self, gain: float) -> Tops:
         """Climb until steps gain less."""
-        count = len(self.at)
-        found = Tops(np.empty(self.at.shape), np.empty(count), np.zeros(count, bool))
+        found = Tops(np.empty(self.at.shape), np.empty(len(self.at)))
         for _ in range(_MOST_STEPS):
             timid = self.damping.max(axis=1) > _TIMID
             better, gained, promised = self._step()
@@ -421,7 +412,8 @@ class _Climb:
 
     def _step(self) -> tuple[NDArray[np.bool_], Array, Array]:
         """Move all parameters where that is better; return where it was, and what was gained and promised."""
-        tried, promised = self._tried(self._held(), self.damping)
+        every = np.arange(len(self.number))
+        tried, promised = self._tried(every, self.damping, rates_only=False)
         new = self.model.slopes(self.felt, tried, self.restriction)
         gained = (new.values - self.now.values).sum(axis=1)
         better = (gained >= 0) & (promised >= 0)
@@ -429,8 +421,12 @@ class _Climb:
         to_blame = np.column_stack([new.values < self.now.values, np.zeros(len(better), bool)])
         bolder = np.maximum(self.damping / 5, _LEAST_DAMPING)
         self.damping = np.where(better[:, None], bolder, self.damping * np.where(to_blame, 8.0, 2.0))
-        self.at = np.where(better[:, None], tried, self.at)
-        self.now = self.now.where(better, new)
+        if better.all():
+            self.at, self.now = tried, new
+        else:
+            which = np.flatnonzero(better)
+            self.at[which] = tried[which]
+            self.now.put(which, new.of(which))
         return better, gained, np.abs(promised)
 
     def _step_of_rates(self, failed: NDArray[np.bool_]) -> Array:
@@ -442,9 +438,8 @@ class _Climb:
         which = np.flatnonzero(failed)
         if not sum(self.model.rate_counts) or len(which) == 0:
             return gained
-        held = self._held()
-        held[:, : 2 * len(self.model.place)] = True
-        tried = self._tried(held, np.full(self.damping.shape, _LEAST_DAMPING))[0][which]
+        damping = np.full((len(which), self.damping.shape[1]), _LEAST_DAMPING)
+        tried, _ = self._tried(which, damping, rates_only=True)
         restriction = self.restriction and self.restriction.of(which)
         new = self.model.slopes(self.felt[which], tried, restriction)
         change = new.values.sum(axis=1) - self.now.values[which].sum(axis=1)
@@ -454,13 +449,17 @@ class _Climb:
         self.now.put(kept, new.of(better))
         return gained
 
-    def _held(self) -> NDArray[np.bool_]:
-        """Return which parameters a bound holds, or answers tell nothing of; (problems, size)."""
-        gradient, scale = self._flat(self.now.gradient), self._flat(self.now.scale)
-        held: NDArray[np.bool_] = scale < _NO_INFORMATION
-        held |= (self.at <= self.low) & (gradient <= 0)
-        held |= (self.at >= self.high) & (gradient >= 0)
-        return held | (self.low == self.high)
+    def _tried(self, which: NDArray[np.intp], damping: Array, *, rates_only: bool) -> tuple[Array, Array]:
+        """Return where damped steps lead within the bounds, and the gain that the slope there promises."""
+        now = self.now if len(which) == len(self.number) else self.now.of(which)
+        at, low, high = self.at[which], self.low[which], self.high[which]
+        gradient = self._flat(now.gradient)
+        held = (self._flat(now.scale) < _NO_INFORMATION) | (low == high)
+        held |= ((at <= low) & (gradient <= 0)) | ((at >= high) & (gradient >= 0))
+        if rates_only:
+            held[:, : 2 * len(self.model.place)] = True
+        tried = np.clip(at + self.model.layout.solve(now, gradient, held, damping), low, high)
+        return tried, (gradient * (tried - at)).sum(axis=1)
 
     def _flat(self, of_conditions: Array) -> Array:
         """Return derivatives by the vector of parameters, (problems, size)."""
@@ -470,33 +469,24 @@ class _Climb:
         found[:, layout.common_at] = of_conditions[..., layout.common].sum(axis=1)
         return found
 
-    def _tried(self, held: NDArray[np.bool_], damping: Array) -> tuple[Array, Array]:
-        """Return where damped steps lead within the bounds, and the gain that the slope there promises."""
-        gradient = self._flat(self.now.gradient)
-        step = self.model.layout.solve(self.now, gradient, held, damping)
-        tried = np.clip(self.at + step, self.low, self.high)
-        return tried, (gradient * (tried - self.at)).sum(axis=1)
-
     def _let_go(self, going: NDArray[np.bool_], found: Tops) -> None:
         """Take down where problems have arrived, and keep the others."""
         done = self.number[~going]
         found.parameters[done] = self.at[~going]
         found.values[done] = self.now.values[~going].sum(axis=1)
-        found.rested[done] = self._promise()[~going] < _AT_REST
         self.number, self.at, self.damping = self.number[going], self.at[going], self.damping[going]
         self.felt, self.low, self.high = self.felt[going], self.low[going], self.high[going]
         self.now = self.now.of(going)
         self.restriction = self.restriction and self.restriction.of(np.flatnonzero(going))
 
-    def _promise(self) -> Array:
-        """Return what hardly damped steps would gain if the likelihood were a parabola.
+    def promise(self) -> Array:
+        """Return what hardly damped steps would gain, if the likelihood were a parabola, in each problem.
 
         Along a function that is as good as a step curvatures are nothing but rounding errors, so that steps
         count up to the size of the parameters alone.
         """
-        gradient, held = self._flat(self.now.gradient), self._held()
-        step = self.model.layout.solve(self.now, gradient, held, np.full(self.damping.shape, _FIRST_DAMPING))
+        tried, _ = self._tried(np.arange(len(self.number)), self.damping, rates_only=False)
         far = 1 + np.abs(self.at)
-        within = np.clip(self.at + np.clip(step, -far, far), self.low, self.high) - self.at
-        found: Array = np.abs(gradient * within).sum(axis=1) / 2
+        step = np.clip(tried - self.at, -far, far)
+        found: Array = np.abs(self._flat(self.now.gradient) * step).sum(axis=1) / 2
         return found

@@ -26,6 +26,11 @@ from autd_trials.errors import UsageError
 if TYPE_CHECKING:
     import pandas as pd
 
+MISFIT_P = 0.05
+"""A p of the deviance below is remarked."""
+
+_MOST_FELT = 0.25  # of the lowest stimuli, where nobody is taken to guess
+
 FEWEST_LEVELS = 3
 """A factor needs as many levels for its functions to be fitted without being asked for."""
 
@@ -55,6 +60,24 @@ class ParticipantCurve:
     intervals: CurveIntervals
     resampled: Resampled | None
     guess_method: str
+
+    @property
+    def rate(self) -> float:
+        """Probability of "felt" at the threshold: halfway between guess rate and 1 - lapse rate."""
+        return (1 + self.curve.guess - self.curve.lapse) / 2
+
+    @property
+    def misfit(self) -> bool:
+        """Whether so large a deviance is rare where the function holds."""
+        goodness = self.resampled.goodness if self.resampled else None
+        return goodness is not None and goodness.p < MISFIT_P
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is odd."""
+        if not self.misfit or self.resampled is None or self.resampled.goodness is None:
+            return self.curve.notes
+        return (*self.curve.notes, f"the function does not fit: deviance p = {self.resampled.goodness.p:.2g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +133,12 @@ class PsychometricResults:
         """Name of F, as in ``normal along octaves``."""
         return f"{self.core.name} along {self.axis.unit}s"
 
+    @property
+    def threshold_rates(self) -> tuple[float, float] | None:
+        """Least and largest probability of "felt" at participants' thresholds; None without participants."""
+        rates = [each.rate for each in self.participants]
+        return (min(rates), max(rates)) if rates else None
+
 
 def all_psychometric_results(
     trials: Trials, options: PsychometricOptions = DEFAULT
@@ -161,7 +190,8 @@ def psychometric_results(
     groups = tuple(
         _group(cell, [each for each in people if each.condition == cell], core, axis) for cell in cells
     )
-    return PsychometricResults(along, axis, core, people, groups, tuple(_notes(along, axis, levels)))
+    notes = (*_notes(along, axis, levels), *_notes_on_fits(people, options))
+    return PsychometricResults(along, axis, core, people, groups, notes)
 
 
 def _numbers(stimuli: "pd.DataFrame", along: str) -> Array:
@@ -266,3 +296,22 @@ def _notes(along: str, axis: Axis, levels: Array) -> Iterator[str]:
         yield f"{along} 0 is taken as no stimulus: it tells about the guess rate alone"
     if len(levels) == FEWEST_LEVELS:
         yield "three levels can hardly tell whether the function has this form"
+
+
+def _notes_on_fits(people: Sequence[ParticipantCurve], options: PsychometricOptions) -> Iterator[str]:
+    judged = [each for each in people if each.resampled and each.resampled.goodness]
+    bad = [each for each in judged if each.misfit]
+    if bad:
+        names = ", ".join(dict.fromkeys(each.participant for each in bad))
+        yield (
+            f"{len(bad)} of {len(judged)} functions do not fit (deviance p under {MISFIT_P:g}; by chance "
+            f"{MISFIT_P * len(judged):.1f} would not): {names}. Their intervals are too narrow; another form "
+            "(--core logistic or weibull) or an estimated lapse rate (--lapse free) may fit"
+        )
+    lowest = [each.answers for each in people if len(each.answers.x) and each.guess_method == "fixed"]
+    felt, n = sum(float(each.felt[0]) for each in lowest), sum(float(each.n[0]) for each in lowest)
+    if options.guess is None and n and felt / n >= _MOST_FELT:
+        yield (
+            f"{felt / n:.0%} of the stimuli of the lowest levels were felt, while the guess rate is taken as 0: "
+            "where answers can be right by chance, say how often (two alternatives: --guess 0.5)"
+        )

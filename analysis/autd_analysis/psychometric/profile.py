@@ -24,13 +24,13 @@ Job = tuple[int, Quantity]
 QUANTITIES: tuple[Quantity, Quantity] = ("threshold", "slope")
 
 Z = 1.959963984540054
-_STEEPNESSES = 28
+_STEEPNESSES = 20
 _GENTLEST = 1e-3
 _STEEPEST_WIDTH = 0.1  # of the smallest distance between levels: as good as a step
 _SMALLEST_DISTANCE = 0.01  # in half ranges
 _NEAREST = 1e-9
-_MOST_RATES = 2  # values of the estimated rates to begin with, besides the fitted ones
-_MOST_ROUNDS = 6
+_MOST_RATES = 1  # values of the estimated rates to begin with, besides the fitted ones
+_MOST_ROUNDS = 60
 _GAINED = 1e-4
 
 
@@ -54,7 +54,8 @@ class Profile:
         self._number = np.repeat(np.arange(len(sizes)), sizes)
         self._first = dict(zip(grids, np.cumsum([0, *sizes[:-1]]).tolist(), strict=True))
         self._found, self._values = self._climb(self._jobs, self._points, self._starts())
-        self._compare_neighbours()
+        if sum(self.whole.likelihood.rate_counts):
+            self._compare_neighbours()
 
     def on_grid(self, job: Job) -> Array:
         """Return signed distances from the interval's ends at the points of a grid, under 0 inside.

@@ -29,7 +29,7 @@ _FAR = np.array([0.5, 2.0, 8.0])
 _GUESSES, _LAPSES = (0.005, 0.06, 0.15, 0.35), (0.01, 0.1, 0.25, 0.45)
 
 
-def starting_points(problem: Problem, felt: Array, most: int | None = None) -> Array:
+def starting_points(problem: Problem, felt: Array) -> tuple[Array, Array]:
     """Return good starting parameters for data sets.
 
     Parameters
@@ -38,22 +38,17 @@ def starting_points(problem: Problem, felt: Array, most: int | None = None) -> A
         The conditions.
     felt
         Shape (data sets, conditions, rows).
-    most
-        The largest number of starts: the likeliest; all if None.
 
     Returns
     -------
-    Array
-        Shape (starts, data sets, size).
+    starts, log likelihoods
+        Shapes (starts, data sets, size) and (starts, data sets).
     """
     found = [_start(problem, felt, rates) for rates in rates_to_try(problem)]
     if len(problem.conditions) == 1 and sum(problem.likelihood.rate_counts) and len(problem.levels(0)):
         found.append(_step_start(problem, felt))
     starts, values = (np.concatenate(each) for each in zip(*found, strict=True))
-    if most is None or most >= len(starts):
-        return starts
-    chosen = np.argpartition(-values, most - 1, axis=0)[:most]
-    return np.take_along_axis(starts, chosen[..., None], axis=0)
+    return starts, values
 
 
 def rates_to_try(problem: Problem) -> list[Array]:

@@ -65,7 +65,7 @@ def _finite(slope: float | None) -> float | None:
 
 def _participant_notes(row: _Participant) -> Iterator[str]:
     found = row.found
-    yield from found.curve.notes
+    yield from found.notes
     threshold = found.intervals.threshold
     if threshold and threshold.low is None:
         yield "interval open below: no threshold is too low"
@@ -101,6 +101,11 @@ BY_PARTICIPANT = Declared[Sequence[PsychometricResults], _Participant](
             "interval_high", HIGH, of(lambda row: row.found.intervals.threshold, lambda i: iterated(i.high))
         ),
         interval_kind(PROFILE_INTERVAL),
+        Column(
+            "threshold_rate",
+            'Probability of "felt" at the threshold: halfway from guess to 1 - lapse.',
+            lambda row: iterated(row.found.rate),
+        ),
         Column(
             "bootstrap_low",
             "Lower end of the threshold's 95 % interval by parametric bootstrap.",
