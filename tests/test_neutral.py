@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
-from autd_analysis.any_table import read_table
-from autd_analysis.output import write_results
-from autd_analysis.study import results_of
+from autd_analysis.data.any_table import read_table
+from autd_analysis.report.writing import write_results
+from autd_analysis.study import analyse
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -79,7 +79,7 @@ def test_results_of_a_hostile_table_are_neutral(tmp_path: Path) -> None:
     rows = [f'{who},{n % 2},"{cell}"' for who in ("=P1", "@P2") for cell in cells for n in range(3)]
     path.write_text("\n".join(["who,felt,cloth,<b>note", *(f"{row}," for row in rows)]), encoding="utf-8")
     trials = read_table(path, columns="participant=who,response=felt,cloth")
-    write_results(results_of(trials), tmp_path / "out", ("svg",))
+    write_results(analyse(trials), tmp_path / "out", ("svg",))
     readme = (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
     assert "<script" not in readme
     assert "<b>" not in readme

@@ -14,9 +14,9 @@ from autd_trials.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from autd_analysis.data.table_request import TableRequest
     from autd_analysis.psychometric.options import PsychometricOptions
-    from autd_analysis.study import Results
-    from autd_analysis.table_request import TableRequest
+    from autd_analysis.results import Results
 
 _OF_TABLES = (
     "columns", "levels", "compare", "yes", "catch", "exclude", "ignore", "participant", "encoding"
@@ -33,10 +33,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a study's folder, such as data/chest, or a CSV or TSV table, or several, or 'data/*.csv'",
     )
     parser.add_argument(
-        "--pooled",
-        action="store_true",
-        help="also make tests that pool answers over participants; they are wrong where people differ",
+        "--only",
+        type=_subjects,
+        metavar="SUBJECT,...",
+        help="these subjects alone: rates, comparisons, interactions, detectability, order, models, "
+        "sensitivity, thresholds, psychometric, timing",
     )
+    parser.add_argument("--without", type=_subjects, metavar="SUBJECT,...", help="all subjects but these")
     parser.add_argument(
         "--out", type=Path, help="where results go (STUDY/derivatives/analysis, TABLE-analysis)"
     )
@@ -115,17 +118,19 @@ def _add_table_arguments(group: "argparse._ArgumentGroup") -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Analyse the study and write the results."""
-    from autd_analysis.output import results_json, write_results
-    from autd_analysis.summary import plain_words
+    from autd_analysis.report.summary import plain_words
+    from autd_analysis.report.writing import results_json, write_results
 
     results, folder = _analyse(options)
-    write_results(results, folder)
+    results = write_results(results, folder).results
     if options.json:
         print_json(results_json(results))
     else:
         print_text(plain_words(results))
     say(f"report, figures and tables: {folder}")
-    return 0
+    for subject, failed in results.failures.items():
+        say(f"{subject}: {failed.cause}")
+    return 1 if results.failures else 0
 
 
 def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
@@ -152,23 +157,23 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
 def _of_study(
     study: Path, options: argparse.Namespace, functions: "PsychometricOptions"
 ) -> "tuple[Results, Path]":
-    from autd_analysis.study import results_of
-    from autd_analysis.trials import read_trials
+    from autd_analysis.data.trials import read_trials
+    from autd_analysis.study import analyse
 
     from autd_trials.records.layout import analysis_folder
 
     folder = _results_folder(options.out or analysis_folder(study))
     trials = read_trials(study)
     trials = replace(trials, command=" ".join([trials.command, *_typed(options)]))
-    results = results_of(trials, pooled=options.pooled, psychometric=functions)
+    results = analyse(trials, options.only, options.without, psychometric=functions)
     say(f"data set: {study}")
     say_of_records(study, trials.problems)
     return results, folder
 
 
 def _of_tables(options: argparse.Namespace, functions: "PsychometricOptions") -> "tuple[Results, Path]":
-    from autd_analysis.any_table import read_any_table, table_paths
-    from autd_analysis.study import results_of
+    from autd_analysis.data.any_table import read_any_table, table_paths
+    from autd_analysis.study import analyse
 
     missing = [name for name in options.study if not Path(name).exists() and not glob.has_magic(name)]
     if missing:
@@ -181,12 +186,12 @@ def _of_tables(options: argparse.Namespace, functions: "PsychometricOptions") ->
     folder = _results_folder(options.out or _beside(paths))
     trials = read_any_table(paths, table_request(options))
     trials = replace(trials, command=" ".join([trials.command, *_typed(options)]))
-    return results_of(trials, pooled=options.pooled, psychometric=functions), folder
+    return analyse(trials, options.only, options.without, psychometric=functions), folder
 
 
 def table_request(options: argparse.Namespace) -> "TableRequest":
     """Return how a table is to be read, as it was typed."""
-    from autd_analysis.table_request import (
+    from autd_analysis.data.table_request import (
         TableRequest,
         parse_choices,
         parse_columns,
@@ -209,6 +214,10 @@ def table_request(options: argparse.Namespace) -> "TableRequest":
     )
 
 
+def _subjects(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
 def _functions(options: argparse.Namespace) -> "PsychometricOptions":
     """Return how psychometric functions are to be fitted."""
     from autd_analysis.psychometric.options import DEFAULT, PsychometricOptions, read_rate
@@ -228,7 +237,7 @@ def _typed(options: argparse.Namespace) -> "Sequence[str]":
 
 def _beside(paths: "Sequence[Path]") -> Path:
     """Return the folder of results beside the tables, or here if they are in a data set's own folder."""
-    from autd_analysis.any_table import title
+    from autd_analysis.data.any_table import title
 
     name = f"{title(paths)}-analysis"
     return Path(name) if paths[0].parent.name == "beh" else paths[0].with_name(name)

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from tests.analysis.test_any_table import lines
+from tests.analysis.data.test_any_table import lines
 from tests.commands.conftest import Run
 
 COLUMNS = "participant=pid,response=felt,clothing=cloth,modulation_hz=freq"
@@ -83,12 +83,56 @@ def test_levels_that_no_protocol_could_have_are_compared(run: Run, tmp_path: Pat
 
 
 def test_the_report_says_how_to_make_it_again(run: Run, table: Path) -> None:
-    run("analyse", table, "--columns", COLUMNS, "--compare", "clothing=inner,both@modulation_hz", "--pooled")
+    run(
+        "analyse",
+        table,
+        "--columns",
+        COLUMNS,
+        "--compare",
+        "clothing=inner,both@modulation_hz",
+        "--without",
+        "models",
+    )
     report = (table.with_name("trials-analysis") / "report.html").read_text()
     command = (
         f"autd-trials analyse trials.csv --columns {COLUMNS} --compare clothing=inner,both@modulation_hz"
     )
-    assert f"{command} --pooled" in report
+    assert f"{command} --without models" in report
+
+
+def test_an_error_of_ours_in_one_subject_is_told_by_the_exit_code(
+    run: Run, table: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(_trials: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    command = ("analyse", table, "--columns", COLUMNS, "--only", "rates,order")
+    folder = table.with_name("trials-analysis")
+    with monkeypatch.context() as patch:
+        patch.setattr("autd_analysis.order.order_effects", failing)
+        result = run(*command)
+    assert result.code == 1
+    assert "order: an error of this program (ZeroDivisionError: division by zero)" in result.err
+    assert "Traceback" not in result.err + result.out
+    assert "Detection rate" in result.out
+    assert (folder / "rates.tsv").exists()
+    assert "in failing" in (folder / "error-order.txt").read_text()
+    assert run(*command).code == 0
+    assert not (folder / "error-order.txt").exists()
+
+
+def test_subjects_are_chosen(run: Run, table: Path) -> None:
+    result = run("analyse", table, "--columns", COLUMNS, "--only", "rates,models", "--without", "models")
+    assert result.code == 0
+    folder = table.with_name("trials-analysis")
+    assert {file.stem for file in folder.glob("*.tsv")} == {
+        "rates", "rates_by_participant", "false_alarms", "false_alarms_by_participant",
+    }  # fmt: skip
+    assert "--only rates,models --without models" in (folder / "report.html").read_text()
+    refused = run("analyse", table, "--columns", COLUMNS, "--only", "pooled")
+    assert refused.code == 2
+    assert "there is no subject 'pooled'" in refused.err
+    assert "sensitivity" in refused.err
 
 
 def test_nothing_there_is_told(run: Run, tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autd_analysis.power.run import PowerRow
-from autd_analysis.style import (
+from autd_analysis.report.style import (
     GREY,
     GRID,
     HEADER_IN,

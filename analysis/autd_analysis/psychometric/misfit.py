@@ -3,8 +3,8 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from autd_analysis.design import describe_condition
-from autd_analysis.psychometric.results import PsychometricResults
+from autd_analysis.data.design import describe_condition
+from autd_analysis.psychometric.numbers import PsychometricResults
 
 ALPHA = 0.05
 _MOST_NAMED = 5

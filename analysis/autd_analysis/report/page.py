@@ -1,36 +1,31 @@
 """The report's page: one file that needs nothing else, on a screen and on paper."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 
-from autd_analysis.all_figures import SavedFigure
-from autd_analysis.methods import METHODS
 from autd_analysis.report.elements import Element, inline_svg, page_text, tag, wide
+from autd_analysis.report.figures import SavedFigure
 from autd_analysis.report.manuscript import methods_text, results_text
 from autd_analysis.report.provenance import command, input_hashes, recorded_facts, software_versions
 from autd_analysis.report.result_tables import table_section
-from autd_analysis.study import Results
-from autd_analysis.summary import plain_words
-from autd_analysis.tables.table import ResultTable
+from autd_analysis.report.summary import plain_words
+from autd_analysis.results import Results
 
 _SIMULATED = "SIMULATED PARTICIPANTS: these are no data about people."
-_METHODS = {name.replace("_", " "): text for name, text in METHODS.items()}
 _ABOUT_TABLES = (
     "Rounded to four digits; the TSV files beside this report have all of them. n/a: missing or undefined."
 )
 
 
-def report_page(results: Results, tables: Sequence[ResultTable], figures: Sequence[SavedFigure]) -> str:
+def report_page(results: Results, figures: Sequence[SavedFigure]) -> str:
     """Return the report of a study as an HTML page.
 
     Parameters
     ----------
     results
         The study's results.
-    tables
-        All of them as tables.
     figures
-        All of them as figures that were saved.
+        Its figures as they were saved.
 
     Returns
     -------
@@ -40,12 +35,12 @@ def report_page(results: Results, tables: Sequence[ResultTable], figures: Sequen
     title = f"{results.trials.design.protocol}: results"
     sections = (
         ("Summary", "summary", [tag("pre", plain_words(results))]),
-        ("Remarks on the data", "remarks", [_list(results.warnings, "None.")]),
+        ("Remarks on the data", "remarks", [_list(results.remarks, "None.")]),
         ("Figures", "figures", [_figure(number, each) for number, each in enumerate(figures, start=1)]),
         ("Methods text", "methods", _paragraphs(methods_text(results, software_versions()))),
         ("Results text", "results", _paragraphs(results_text(results))),
-        ("Tables", "tables", [tag("p", _ABOUT_TABLES), *map(table_section, tables)]),
-        ("How the numbers were found", "definitions", [_facts(_METHODS)]),
+        ("Tables", "tables", [tag("p", _ABOUT_TABLES), *_tables(results)]),
+        ("How the numbers were found", "definitions", [_facts(_definitions(results))]),
         ("Provenance", "provenance", _provenance(results)),
     )
     page = tag(
@@ -69,7 +64,7 @@ def report_page(results: Results, tables: Sequence[ResultTable], figures: Sequen
 
 
 def _banner(results: Results) -> list[Element]:
-    return [tag("p", _SIMULATED, class_="simulated")] if results.simulated else []
+    return [tag("p", _SIMULATED, class_="simulated")] if results.trials.simulated else []
 
 
 def _contents(headings: Sequence[tuple[str, str]]) -> Element:
@@ -98,6 +93,22 @@ def _figure(number: int, saved: SavedFigure) -> Element:
         wide(inline_svg(saved.svg, figure.name, figure.about), figure.title),
         tag("figcaption", f"{figure.about} Files: {others}."),
     )
+
+
+def _tables(results: Results) -> Iterator[Element]:
+    """Yield the subjects' tables; of a subject without any, why, at its place."""
+    for outcome in results.shown:
+        yield from map(table_section, outcome.tables)
+        if outcome.missing is not None:
+            yield tag(
+                "section",
+                tag("h3", outcome.subject.title),
+                tag("p", f"Not computed: {outcome.missing.cause}."),
+            )
+
+
+def _definitions(results: Results) -> dict[str, str]:
+    return {name.replace("_", " "): text for name, text in results.definitions.items()}
 
 
 def _provenance(results: Results) -> list[Element]:

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from autd_analysis.design import Design, StudyFactor
+from autd_analysis.data.design import Design, StudyFactor
+from autd_analysis.data.trials import Trials
+from autd_analysis.psychometric import PSYCHOMETRIC
 from autd_analysis.psychometric.functions import NORMAL, psychometric_function
+from autd_analysis.psychometric.numbers import psychometric_results
 from autd_analysis.psychometric.options import PsychometricOptions, read_rate
-from autd_analysis.psychometric.results import psychometric_results
 from autd_analysis.study import analyse
-from autd_analysis.trials import Trials
 
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level
@@ -23,7 +24,7 @@ from tests.analysis.psychometric.conftest import OCTAVES
 
 
 def test_the_chest_study_has_functions_along_frequency_in_each_clothing(chest: StudyWriter) -> None:
-    (found,) = analyse(chest.folder).psychometric
+    (found,) = analyse(chest.folder, only=["psychometric"])[PSYCHOMETRIC]
     assert (found.along, found.axis, found.function) == ("modulation_hz", OCTAVES, "normal along octaves")
     assert len(found.participants) == 16
     first = found.participants[0]
@@ -46,7 +47,7 @@ def test_a_factor_of_words_or_of_two_numbers_has_no_functions(writer: StudyWrite
         within={"modulation_hz": (25.0, 50.0)}, between={"clothing": ("a", "b", "c")}, comparisons=()
     )
     writer.add("01", lambda conditions, repetition: repetition < 5)
-    assert analyse(writer.folder).psychometric == ()
+    assert analyse(writer.folder, only=["psychometric"])[PSYCHOMETRIC] == ()
 
 
 def test_catch_trials_of_both_blocks_tell_one_guess_rate(writer: StudyWriter) -> None:
@@ -59,7 +60,7 @@ def test_catch_trials_of_both_blocks_tell_one_guess_rate(writer: StudyWriter) ->
         return answer(conditions, repetition)
 
     writer.add("01", with_false_alarms)
-    (found,) = analyse(writer.folder).psychometric
+    (found,) = analyse(writer.folder, only=["psychometric"])[PSYCHOMETRIC]
     inner, outer = found.participants
     assert [(each.answers.catch_felt, each.answers.catch_n) for each in (inner, outer)] == [(3, 8), (1, 8)]
     assert inner.curve.guess == outer.curve.guess
@@ -169,7 +170,7 @@ def test_a_drive_of_zero_is_no_stimulus() -> None:
 def test_people_without_trials_in_a_condition_are_left_out_of_it(writer: StudyWriter) -> None:
     writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=30)
     writer.add("02", chest_answer(CHEST_COUNTS[1]))
-    (found,) = analyse(writer.folder).psychometric
+    (found,) = analyse(writer.folder, only=["psychometric"])[PSYCHOMETRIC]
     lost = next(each for each in found.participants if each.curve.notes == ("no trials",))
     assert lost.participant == "01"
     assert lost.resampled is None
