@@ -110,8 +110,8 @@ def read_table(
         participants their names say whose answers they have.
     columns
         The table's column for each of our names, as ``{"participant": "who", "hz": "freq", ...}`` or
-        ``"participant=who,response=felt,hz=freq"``. What is none of
-        `autd_analysis.data.any_columns.KNOWN` is a factor. ``felt`` and ``n`` instead of ``response`` are counts: so many of so many trials in a line.
+        ``"participant=who,response=felt,hz=freq"``. What is none of `autd_analysis.data.any_columns.KNOWN` is
+        a factor. ``felt`` and ``n`` instead of ``response`` are counts: so many of so many trials in a line.
     levels
         The order of factors' levels.
     compare
