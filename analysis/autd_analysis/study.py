@@ -35,7 +35,7 @@ SUBJECTS: tuple[Subject[Any], ...] = (
 )
 """All subjects, in the order in which they are computed and shown: each after those that it needs."""
 
-Progress = Callable[[str, float], None]
+Progress = Callable[[float], None]
 
 
 def analyse(
@@ -45,7 +45,7 @@ def analyse(
     *,
     psychometric: PsychometricOptions = DEFAULT,
     subjects: tuple[Subject[Any], ...] = SUBJECTS,
-    progress: Progress = lambda _title, _share: None,
+    progress: Progress = lambda _share: None,
 ) -> Results:
     """Analyse a study.
 
@@ -62,7 +62,7 @@ def analyse(
     subjects
         All that there are.
     progress
-        Told which subject is being computed, and the share of subjects done before it.
+        Told the share of subjects that are done, 0 to 1.
 
     Returns
     -------
@@ -80,10 +80,10 @@ def analyse(
     wanted = _wanted(subjects, only, without)
     computed = _with_needs(subjects, wanted)
     results = Results(trials, choice=_options(only, without), options={PSYCHOMETRIC.name: psychometric})
-    for place, subject in enumerate(computed):
-        progress(subject.title, place / len(computed))
+    for place, subject in enumerate(computed, start=1):
         outcome = _outcome(subject, results, asked=subject in wanted)
         results = replace(results, outcomes=(*results.outcomes, outcome))
+        progress(place / len(computed))
     return results
 
 

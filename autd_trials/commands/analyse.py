@@ -9,14 +9,17 @@ from typing import TYPE_CHECKING
 
 from autd_trials.commands.integrity import say_of_records
 from autd_trials.commands.output import print_json, print_text, say
+from autd_trials.commands.progress import progress_bar
 from autd_trials.errors import UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from autd_analysis.data.table_request import TableRequest
+    from autd_analysis.data.trials import Trials
     from autd_analysis.psychometric.options import PsychometricOptions
     from autd_analysis.results import Results
+    from autd_analysis.study import Progress
 
 _OF_TABLES = (
     "columns", "levels", "compare", "yes", "catch", "exclude", "ignore", "participant", "encoding"
@@ -121,7 +124,8 @@ def execute(options: argparse.Namespace) -> int:
     from autd_analysis.report.summary import plain_words
     from autd_analysis.report.writing import results_json, write_results
 
-    results, folder = _analyse(options)
+    with progress_bar("subjects") as progress:
+        results, folder = _analyse(options, progress)
     results = write_results(results, folder).results
     if options.json:
         print_json(results_json(results))
@@ -133,12 +137,22 @@ def execute(options: argparse.Namespace) -> int:
     return 1 if results.failures else 0
 
 
-def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
+def _analyse(options: argparse.Namespace, progress: "Progress") -> "tuple[Results, Path]":
     """Return the results and the folder where they go."""
+    from autd_analysis.study import analyse
+
     functions = _functions(options)
+    trials, folder = _read(options)
+    trials = replace(trials, command=" ".join([trials.command, *_typed(options)]))
+    results = analyse(trials, options.only, options.without, psychometric=functions, progress=progress)
+    return results, folder
+
+
+def _read(options: argparse.Namespace) -> "tuple[Trials, Path]":
+    """Return the trials, and the folder where results go."""
     folders = [name for name in options.study if Path(name).is_dir()]
     if not folders:
-        return _of_tables(options, functions)
+        return _of_tables(options)
     study = Path(folders[0])
     if len(options.study) > 1:
         raise UsageError(
@@ -151,29 +165,23 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
             where=str(study),
             do="leave them out, or give a CSV or TSV file",
         )
-    return _of_study(study, options, functions)
+    return _of_study(study, options)
 
 
-def _of_study(
-    study: Path, options: argparse.Namespace, functions: "PsychometricOptions"
-) -> "tuple[Results, Path]":
+def _of_study(study: Path, options: argparse.Namespace) -> "tuple[Trials, Path]":
     from autd_analysis.data.trials import read_trials
-    from autd_analysis.study import analyse
 
     from autd_trials.records.layout import analysis_folder
 
     folder = _results_folder(options.out or analysis_folder(study))
     trials = read_trials(study)
-    trials = replace(trials, command=" ".join([trials.command, *_typed(options)]))
-    results = analyse(trials, options.only, options.without, psychometric=functions)
     say(f"data set: {study}")
     say_of_records(study, trials.problems)
-    return results, folder
+    return trials, folder
 
 
-def _of_tables(options: argparse.Namespace, functions: "PsychometricOptions") -> "tuple[Results, Path]":
+def _of_tables(options: argparse.Namespace) -> "tuple[Trials, Path]":
     from autd_analysis.data.any_table import read_any_table, table_paths
-    from autd_analysis.study import analyse
 
     missing = [name for name in options.study if not Path(name).exists() and not glob.has_magic(name)]
     if missing:
@@ -184,9 +192,7 @@ def _of_tables(options: argparse.Namespace, functions: "PsychometricOptions") ->
         )
     paths = table_paths(options.study)
     folder = _results_folder(options.out or _beside(paths))
-    trials = read_any_table(paths, table_request(options))
-    trials = replace(trials, command=" ".join([trials.command, *_typed(options)]))
-    return analyse(trials, options.only, options.without, psychometric=functions), folder
+    return read_any_table(paths, table_request(options)), folder
 
 
 def table_request(options: argparse.Namespace) -> "TableRequest":

@@ -141,7 +141,9 @@ def test_each_subject_is_computed_once_and_shown_once(trials: Trials) -> None:
     three = Subject[int](
         "three", "Three", lambda _trials, results: results[one] + results[two], needs=(two, one)
     )
-    results = analyse(trials, only=["three"], subjects=(one, two, three))
+    shares: list[float] = []
+    results = analyse(trials, only=["three"], subjects=(one, two, three), progress=shares.append)
+    assert shares == pytest.approx([1 / 3, 2 / 3, 1])
     assert (results[one], results[two], results[three]) == (1, 2, 3)
     assert counted == ["one"]
 

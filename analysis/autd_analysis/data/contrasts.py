@@ -3,7 +3,7 @@
 Tests, models, thresholds, interactions, power and figures all take these.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from autd_analysis.data.design import Condition, Design, conditions
@@ -67,8 +67,3 @@ def contrast_families(contrasts: Iterable[Contrast]) -> tuple[tuple[Contrast, ..
         if contrast.over is not None:
             families.setdefault((contrast.overall, contrast.over), []).append(contrast)
     return tuple(tuple(family) for family in families.values() if len(family) > 1)
-
-
-def other_levels(family: Sequence[Contrast]) -> tuple[Level, ...]:
-    """Return the levels of the other factor at which a family's contrasts are."""
-    return tuple(contrast.at[0][1] for contrast in family)
