@@ -117,8 +117,10 @@ def is_header_again(cells: Sequence[str], header: Sequence[str], where: str) -> 
     UsageError
         It names the same columns in another order.
     """
-    again = [cell.strip().casefold() for cell in cells]
     names = [name.casefold() for name in header]
+    if cells[0].strip().casefold() not in names:
+        return False
+    again = [cell.strip().casefold() for cell in cells]
     if again == names:
         return True
     if len(names) > 1 and sorted(again) == sorted(names):

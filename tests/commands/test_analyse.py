@@ -126,6 +126,7 @@ def test_subjects_are_chosen(run: Run, table: Path) -> None:
     assert result.code == 0
     folder = table.with_name("trials-analysis")
     assert {file.stem for file in folder.glob("*.tsv")} == {
+        "trials",
         "rates", "rates_by_participant", "false_alarms", "false_alarms_by_participant",
     }  # fmt: skip
     assert "--only rates,models --without models" in (folder / "report.html").read_text()

@@ -252,3 +252,22 @@ def test_a_running_session_can_be_exported(study: Path) -> None:
             export_study(study)
     (row,) = table(study / "sub-01/sub-01_sessions.tsv")
     assert (row["status"], row["trials_complete"]) == ("interrupted", "2")
+
+
+def test_text_of_others_is_neutral_wherever_a_person_opens_it(study: Path) -> None:
+    protocol = make_protocol("chest", description="See <script>alert(1)</script> and p < .05.")
+    script = SessionScript("01", protocol=protocol).all_trials().note("=HYPERLINK(A1)").note("\x1b[31mred")
+    script.save(study)
+    export_study(study)
+    people = study / "participants.tsv"
+    header, row = people.read_text().splitlines()
+    people.write_text(f"{header}\tremark\tage\n{row}\t@SUM(A1)\t-5\n")
+    export_study(study)
+    readme = (study / "README.md").read_text(encoding="utf-8")
+    assert "<script" not in readme
+    assert "p < .05" in readme
+    (log,) = study.glob("sub-*/ses-*/beh/*_acq-log_*beh.tsv")
+    assert "\t'=HYPERLINK(A1)\t" in log.read_text(encoding="utf-8")
+    assert "\x1b" not in log.read_text(encoding="utf-8") + readme
+    assert table(people)[0]["remark"] == "'@SUM(A1)"
+    assert table(people)[0]["age"] == "-5"

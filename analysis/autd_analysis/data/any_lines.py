@@ -78,6 +78,8 @@ def with_catch(lines: Sequence[Line], catch: Sequence[Choice]) -> list[Line]:
 
 def with_sessions(lines: Sequence[Line]) -> list[Line]:
     """Return the lines with sessions: where none is said, a participant's files are one each."""
+    if not any(is_missing(line.cells["session"]) for line in lines):
+        return list(lines)
     labels = one_label(line.cells["participant"] for line in lines)
     files: dict[str, list[int]] = defaultdict(list)
     for line in lines:

@@ -192,7 +192,7 @@ def _whole(name: str, line: Line) -> int | None:
 def _quantity(name: str, line: Line) -> float | None:
     """Return a cell as a number; None if it is missing."""
     text = line.cells.get(name, "")
-    if text.lower() in FOREIGN_MISSING_WORDS:
+    if not text or text.lower() in FOREIGN_MISSING_WORDS:
         return None
     value = number(text)
     if value is None:

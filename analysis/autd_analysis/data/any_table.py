@@ -110,9 +110,8 @@ def read_table(
         participants their names say whose answers they have.
     columns
         The table's column for each of our names, as ``{"participant": "who", "hz": "freq", ...}`` or
-        ``"participant=who,response=felt,hz=freq"``. What is none of
-        `autd_analysis.data.any_columns.KNOWN` is a factor. ``felt`` and ``n`` instead of ``response``
-        are counts: so many of so many trials in a line.
+        ``"participant=who,response=felt,hz=freq"``. What is none of `autd_analysis.data.any_columns.KNOWN` is
+        a factor. ``felt`` and ``n`` instead of ``response`` are counts: so many of so many trials in a line.
     levels
         The order of factors' levels.
     compare
@@ -214,7 +213,7 @@ def read_any_table(paths: Sequence[Path], request: TableRequest) -> Trials:
     read = [
         line
         for file, (table, its_columns) in enumerate(zip(tables, columns, strict=True))
-        for line in table_lines(file, table, its_columns, _known_otherwise(table.path, file, labels, request))
+        for line in table_lines(file, table, its_columns, _known_otherwise(paths, file, labels, request))
     ]
     if not read:
         raise UsageError("the table has no trials", where=where)
@@ -313,10 +312,11 @@ def _read(path: Path, request: TableRequest) -> Table:
 
 
 def _known_otherwise(
-    path: Path, file: int, labels: Sequence[str] | None, request: TableRequest
+    paths: Sequence[Path], file: int, labels: Sequence[str] | None, request: TableRequest
 ) -> dict[str, str]:
     """Return cells that a file's name, or what was asked for, says of all its lines."""
-    known = {"session": _session(path) or "", "response": "", **_UNSAID}
+    session = _session(paths[file]) or ("1" if len(paths) == 1 else "")
+    known = {"session": session, "response": "", **_UNSAID}
     if request.participant is not None:
         known["participant"] = request.participant
     elif labels is not None:

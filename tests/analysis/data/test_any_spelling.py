@@ -375,3 +375,10 @@ def test_rates_are_no_answers(tmp_path: Path) -> None:
     path.write_text("who,amp,rate\nP1,1,0.3\nP1,2,0.5\nP1,3,1\n")
     with pytest.raises(UsageError, match="which is no answer but a rate"):
         read_table(path, columns="participant=who,response=rate,amp")
+
+
+def test_files_of_one_named_participant_are_sessions_too(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.csv").write_text("amp,felt,t\n" + "".join(f"{n % 2},1,{n}\n" for n in range(4)))
+    trials = read_table(str(tmp_path / "*.csv"), columns="response=felt,amp,trial=t", participant="me")
+    assert (trials.participants, trials.sessions) == (("me",), 2)
