@@ -115,6 +115,7 @@ RESERVED_NAMES = frozenset(
         "stim_file",
         "stimuli",
         "threshold",
+        "threshold_rate",
         "trial",
         "trial_status",
         "trial_type",

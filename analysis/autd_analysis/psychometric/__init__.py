@@ -18,7 +18,9 @@ PSYCHOMETRIC = Subject[Sequence[PsychometricResults]](
     ),
     definitions=DEFINITIONS,
     tables=(OVER_PARTICIPANTS, BY_PARTICIPANT),
-    words=lambda found, _trials: Shown(remarks=tuple(misfits(found))),
+    words=lambda found, _trials: Shown(
+        remarks=(*misfits(found), *(remark for along in found for remark in along.remarks))
+    ),
     figures=figures,
     plot=draw_first_panel_on,
 )

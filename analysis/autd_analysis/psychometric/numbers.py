@@ -119,6 +119,8 @@ class PsychometricResults:
         The functions of each participant, and over participants.
     notes
         What to know about all of them.
+    remarks
+        What to change before using them.
     """
 
     along: str
@@ -127,6 +129,7 @@ class PsychometricResults:
     participants: tuple[ParticipantCurve, ...]
     groups: tuple[GroupCurve, ...]
     notes: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
 
     @property
     def function(self) -> str:
@@ -190,8 +193,8 @@ def psychometric_results(
     groups = tuple(
         _group(cell, [each for each in people if each.condition == cell], core, axis) for cell in cells
     )
-    notes = (*_notes(along, axis, levels), *_notes_on_fits(people, options))
-    return PsychometricResults(along, axis, core, people, groups, notes)
+    notes, remarks = tuple(_notes(along, axis, levels)), tuple(_guess_remarks(people, options))
+    return PsychometricResults(along, axis, core, people, groups, notes, remarks)
 
 
 def _numbers(stimuli: "pd.DataFrame", along: str) -> Array:
@@ -298,20 +301,11 @@ def _notes(along: str, axis: Axis, levels: Array) -> Iterator[str]:
         yield "three levels can hardly tell whether the function has this form"
 
 
-def _notes_on_fits(people: Sequence[ParticipantCurve], options: PsychometricOptions) -> Iterator[str]:
-    judged = [each for each in people if each.resampled and each.resampled.goodness]
-    bad = [each for each in judged if each.misfit]
-    if bad:
-        names = ", ".join(dict.fromkeys(each.participant for each in bad))
-        yield (
-            f"{len(bad)} of {len(judged)} functions do not fit (deviance p under {MISFIT_P:g}; by chance "
-            f"{MISFIT_P * len(judged):.1f} would not): {names}. Their intervals are too narrow; another form "
-            "(--core logistic or weibull) or an estimated lapse rate (--lapse free) may fit"
-        )
+def _guess_remarks(people: Sequence[ParticipantCurve], options: PsychometricOptions) -> Iterator[str]:
     lowest = [each.answers for each in people if len(each.answers.x) and each.guess_method == "fixed"]
     felt, n = sum(float(each.felt[0]) for each in lowest), sum(float(each.n[0]) for each in lowest)
     if options.guess is None and n and felt / n >= _MOST_FELT:
         yield (
-            f"{felt / n:.0%} of the stimuli of the lowest levels were felt, while the guess rate is taken as 0: "
-            "where answers can be right by chance, say how often (two alternatives: --guess 0.5)"
+            f"{felt / n:.0%} of the stimuli of the lowest levels were felt, while the guess rate is taken as "
+            "0: where answers can be right by chance, say how often (two alternatives: --guess 0.5)"
         )
