@@ -1,21 +1,30 @@
 """All results of a study as figures."""
 
-from collections.abc import Callable, Iterator, Sequence
+import dataclasses
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from autd_analysis.figure_text import rates_caption
 from autd_analysis.figures import draw_figure
-from autd_analysis.psychometric_figure import draw_psychometric
+from autd_analysis.psychometric_figure import draw_psychometric, psychometric_caption
+from autd_analysis.psychometric.results import PsychometricResults
+from autd_analysis.report.facets import study_facets
+from autd_analysis.report.figure_options import DEFAULT, FigureOptions
 from autd_analysis.study import Results
-from autd_analysis.style import FORMATS, figure_style, save_figure
-from autd_analysis.threshold_figure import draw_thresholds
-from autd_analysis.timing_figure import draw_timing
-from autd_analysis.wording import factor_label
+from autd_analysis.style import drawing_of, figure_style, save_figure
+from autd_analysis.threshold_figure import draw_thresholds, threshold_caption
+from autd_analysis.timing_figure import draw_timing, timing_caption
+from autd_analysis.wording import study_labels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+PAGE_WIDTH_MM = 114.0
+"""Of a drawing within the report: it can be read on a phone and beside a column of text."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +39,8 @@ class ResultFigure:
         What it shows, in a few words.
     about
         What there is to see, for those who cannot see it.
+    caption
+        How to read it, a sentence or more each.
     draw
         Draws it within `autd_analysis.style.figure_style`; None if there is nothing to show.
     """
@@ -37,20 +48,27 @@ class ResultFigure:
     name: str
     title: str
     about: str
-    draw: "Callable[[Results], Figure | None]"
+    caption: tuple[str, ...]
+    draw: "Callable[[Results, FigureOptions], Figure | None]"
 
 
 @dataclass(frozen=True)
 class SavedFigure:
-    """A figure that was drawn, and its files, one of each format."""
+    """A figure that was drawn.
+
+    Attributes
+    ----------
+    figure
+        What it is.
+    files
+        One of each format.
+    drawing
+        The same as SVG for a page that has captions and tables of its own, `PAGE_WIDTH_MM` wide.
+    """
 
     figure: ResultFigure
     files: tuple[Path, ...]
-
-    @property
-    def svg(self) -> Path:
-        """The file that a browser shows at any size."""
-        return next(file for file in self.files if file.suffix == ".svg")
+    drawing: bytes
 
 
 def figures_of(results: Results) -> Iterator[ResultFigure]:
@@ -59,44 +77,52 @@ def figures_of(results: Results) -> Iterator[ResultFigure]:
         yield ResultFigure(
             "thresholds",
             "Thresholds and paired differences",
-            "Left: every participant's threshold in every condition as a dot, with the geometric mean over "
-            "participants and its 95 % t interval; participants whose threshold lies over the largest level "
-            "stand above the line. Right, if comparisons are planned: every participant's difference in dB. "
+            "Panel A: every participant's threshold in every condition as a dot, with the geometric mean over "
+            "participants and its 95% t interval; participants whose threshold lies over the largest level "
+            "stand in a grey band. Panel B, if comparisons are planned: every participant's difference in dB. "
             "All numbers are in the tables of thresholds.",
+            threshold_caption(results),
             draw_thresholds,
         )
     else:
         yield ResultFigure(
             "rates",
             "Detection rates and paired differences",
-            "Left: the detection rate of every participant in every condition as a dot, with the mean over "
-            "participants and its 95 % t interval. Right, if comparisons are planned: every participant's "
-            "difference between the compared conditions, likewise. Below: the tests of these differences. "
+            "Panel A: the detection rate of every participant in every condition as a dot, with the mean over "
+            "participants and its 95% t interval. Panel B, if comparisons are planned: every participant's "
+            "difference between the compared conditions, likewise. "
             "All numbers are in the tables of rates and of comparisons.",
+            rates_caption(results),
             draw_figure,
         )
     for found in results.psychometric:
         yield ResultFigure(
             "psychometric" if len(results.psychometric) == 1 else f"psychometric_{found.along}",
-            f"Psychometric functions along {factor_label(found.along)}",
+            f"Psychometric functions along {study_labels(results.trials.design).words(found.along)}",
             "A panel for each condition: every participant's rates as dots and fitted function as a thin "
             "line; the function of an average participant as a thick line, with its threshold and interval. "
             "All numbers are in the tables of psychometric functions.",
-            partial(draw_psychometric, found=found),
+            psychometric_caption(found),
+            partial(_draw_psychometric, found),
         )
     yield ResultFigure(
         "timing",
         "Timing: onsets and response times",
         "Cumulative shares of onset lateness and of each participant's response times, and every "
-        "participant's median response time in every condition with the mean over participants and its 95 % "
+        "participant's median response time in every condition with the mean over participants and its 95% "
         "t interval, as far as they were recorded. All numbers are in the tables of timing and of response "
         "times.",
+        timing_caption(results),
         draw_timing,
     )
 
 
-def save_figures(results: Results, folder: Path, formats: Sequence[str] = FORMATS) -> tuple[SavedFigure, ...]:
-    """Draw all figures of a study and save each as PNG (300 dpi), SVG and PDF.
+def _draw_psychometric(found: PsychometricResults, results: Results, options: FigureOptions) -> "Figure":
+    return draw_psychometric(results, found, options)
+
+
+def save_figures(results: Results, folder: Path, options: FigureOptions = DEFAULT) -> tuple[SavedFigure, ...]:
+    """Draw all figures of a study and save each in every format that is asked for.
 
     Parameters
     ----------
@@ -104,18 +130,21 @@ def save_figures(results: Results, folder: Path, formats: Sequence[str] = FORMAT
         The study's results.
     folder
         An existing folder.
-    formats
-        Which of the three.
+    options
+        How they are made.
 
     Returns
     -------
     tuple of SavedFigure
         Those that have something to show. The same results give the same bytes.
     """
+    bare = dataclasses.replace(options, width_mm=PAGE_WIDTH_MM, caption=False, test_table=False)
     saved = []
-    with figure_style():
+    with figure_style(study_facets(results.trials.design, options).text):
         for each in figures_of(results):
-            figure = each.draw(results)
-            if figure is not None:
-                saved.append(SavedFigure(each, tuple(save_figure(figure, folder, each.name, formats))))
+            figure = each.draw(results, options)
+            on_page = each.draw(results, bare) if figure is not None else None
+            if figure is not None and on_page is not None:
+                files = save_figure(figure, folder, each.name, options.formats)
+                saved.append(SavedFigure(each, tuple(files), drawing_of(on_page)))
     return tuple(saved)

@@ -1,153 +1,203 @@
-"""The result figure: rates with every participant visible, paired differences, and the tests as a table."""
+"""The figure of rates: every participant in every condition, paired differences, and the tests as a table."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from autd_analysis.design import StudyFactor, shown_factors
-from autd_analysis.figure_text import figure_text
-from autd_analysis.panels import (
-    Column,
-    difference_column,
-    draw_columns,
-    draw_legend,
-    fitted_labels,
-    legend_rows,
-    prepare_axes,
-    rate_column,
-)
-from autd_analysis.rates import ParticipantRate, marginal_rates
+from autd_analysis.comparisons import ComparisonResult
+from autd_analysis.design import Condition
+from autd_analysis.report.differences import Difference, difference_groups
+from autd_analysis.report.facets import Cell, Facets, study_facets
+from autd_analysis.report.figure_options import DEFAULT, FigureOptions
+from autd_analysis.figure_text import comparison_table, rates_caption
+from autd_analysis.panels import Column, draw_places, prepare_axes
+from autd_analysis.rates import ConditionRate, ParticipantRate
+from autd_analysis.report.sheet import Group, Panel, Sheet
 from autd_analysis.study import Results
-from autd_analysis.style import (
-    HEADER_IN,
-    INK,
-    LINE_IN,
-    PLAIN,
-    RIGHT,
-    draw_header,
-    draw_panel_title,
-    level_style,
-    side_by_side,
-)
-from autd_analysis.wording import (
-    comparison_names,
-    difference_label,
-    factor_label,
-    level_label,
-    numbered,
-    size_words,
-)
+from autd_analysis.style import INK, PLAIN, Style
+from autd_analysis.wording import size_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_PANELS_IN = 3.0
-_AXIS_IN = 0.52  # tick and axis labels
-_RATES_IN, _DIFFERENCES_IN = 3.6, 2.0  # widths of the panels
-_LONGEST_PAIR = 40  # characters beside an axis; the notes say it too
+RATE_LABEL = "Detection rate (felt / trials)"
+DIFFERENCE_LABEL = "Difference in rate"
+_CATCH = "catch trials"
+_HOLLOW = Style(INK, "o", hollow=True)
+_PANEL_IN = 2.6
+_FACET_IN = 1.7  # height of a panel where there are several
 
 
-def draw_figure(results: Results) -> "Figure":
-    """Draw the result figure.
+@dataclass(frozen=True)
+class RateColumns:
+    """Rates by condition, for stimuli and for catch trials.
 
-    On the left the rates, on the right the paired differences of the planned comparisons (if there are any),
-    below them the tests and what one must know to read the figure.
+    Attributes
+    ----------
+    values, means
+        Participants' rates, and the mean over them, in every condition of stimuli.
+    catch_values, catch_means
+        The same in every kind of block, of catch trials; empty without.
+    between
+        The factors that catch trials have too.
+    """
+
+    values: Mapping[Cell, Mapping[str, float]]
+    means: Mapping[Cell, ConditionRate]
+    catch_values: Mapping[Cell, Mapping[str, float]]
+    catch_means: Mapping[Cell, ConditionRate]
+    between: frozenset[str]
+
+    def column(self, cell: Cell, style: Style) -> Column:
+        """Return the column of a condition."""
+        return _column(self.values.get(cell, {}), self.means.get(cell), style)
+
+    def catch_column(self, cell: Cell, style: Style) -> Column:
+        """Return the column of catch trials in the kind of block that a condition is of."""
+        kind = frozenset(pair for pair in cell if pair[0] in self.between)
+        return _column(self.catch_values.get(kind, {}), self.catch_means.get(kind), style)
+
+
+def rate_columns(results: Results) -> RateColumns:
+    """Return the rates of a study by condition."""
+    return RateColumns(
+        _values(results.participant_rates),
+        {frozenset(rate.condition): rate for rate in results.rates},
+        _values(results.participant_false_alarms or ()),
+        {frozenset(rate.condition): rate for rate in results.false_alarms or ()},
+        frozenset(factor.name for factor in results.trials.design.between_blocks),
+    )
+
+
+def draw_figure(results: Results, options: FigureOptions = DEFAULT) -> "Figure":
+    """Draw the rates in every condition, the paired differences, and below them the tests.
 
     Parameters
     ----------
     results
         The study's results.
+    options
+        How it is made.
 
     Returns
     -------
     Figure
-        Not bound to any window.
+        Not bound to any window; to be drawn within `autd_analysis.style.figure_style`.
     """
-    text = figure_text(results)
-    rate_labels, comparison_labels = _rate_labels(results), _comparison_labels(results)
-    lines = max(label.count("\n") for label in [*rate_labels, *comparison_labels])
-    axis_in = _AXIS_IN + LINE_IN * lines
-    header_in = HEADER_IN + LINE_IN * legend_rows(shown_factors(results.trials.design)[1])
-    below_in = axis_in + LINE_IN * text.lines
-    figure, axes = side_by_side(
-        (1.75, 1) if results.comparisons else (1,),
-        header_in=header_in,
-        panels_in=_PANELS_IN,
-        below_in=below_in,
-        right=RIGHT if results.comparisons else 0.62,
-    )
-    draw_header(
-        figure, results.trials.design.protocol, size_words(results.trials), simulated=results.simulated
-    )
-    _draw_rates(axes[0], results, rate_labels)
-    if results.comparisons:
-        _draw_differences(axes[1], results, comparison_labels)
-    text.draw(figure, top_in=below_in - axis_in)
-    return figure
+    design = results.trials.design
+    facets = study_facets(design, options).within(options.width_in - 0.8)
+    rates = rate_columns(results)
+    differences = difference_groups(rate_differences(results.comparisons), facets, DIFFERENCE_LABEL)
+    legend = [*facets.legend, *([(_HOLLOW, _CATCH)] if rates.catch_means else [])]
+    return Sheet(
+        head=f"{facets.study}: {size_words(results.trials)}",
+        simulated=results.simulated,
+        legend=legend,
+        groups=[_rates_group(rates, facets), *differences],
+        table=comparison_table(results.comparisons, facets.labels),
+        caption=rates_caption(results),
+    ).draw(options)
 
 
-def _rate_labels(results: Results) -> list[str]:
-    x_factor, _ = shown_factors(results.trials.design)
-    labels = [level_label(level) for level in x_factor.levels] if x_factor else ["all stimuli"]
-    if results.participant_false_alarms is not None:
-        labels.append("catch trials")
-    return fitted_labels(labels, _RATES_IN)
+def draw_rates(axes: "Axes", rates: RateColumns, facets: Facets, panel: Condition = ()) -> None:
+    """Draw the rates of one panel into axes.
 
-
-def _comparison_labels(results: Results) -> list[str]:
-    names = comparison_names(results.comparisons)
-    return fitted_labels(names, _DIFFERENCES_IN) if names else []
-
-
-def _draw_rates(axes: "Axes", results: Results, labels: Sequence[str]) -> None:
-    x_factor, colour_factor = shown_factors(results.trials.design)
-    shown = [factor for factor in (x_factor, colour_factor) if factor is not None]
-    groups = _groups(marginal_rates(results.participant_rates, shown), x_factor, colour_factor)
-    if results.participant_false_alarms is not None:
-        catch_colour = colour_factor if colour_factor and not colour_factor.within_block else None
-        kept = [catch_colour] if catch_colour else []
-        cells = [rate for rate in results.participant_false_alarms if bool(rate.condition) == bool(kept)]
-        groups += _groups(marginal_rates(cells, kept), None, catch_colour)
-    prepare_axes(
-        axes, "Detection rate (felt / trials)", labels, factor_label(x_factor.name) if x_factor else ""
-    )
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    rates
+        The rates by condition.
+    facets
+        What is shown where.
+    panel
+        The levels of the factors that have panels.
+    """
+    prepare_axes(axes, RATE_LABEL, _rate_ticks(rates, facets), facets.x_label)
     axes.set_ylim(-0.04, 1.04)
-    for place, columns in enumerate(groups):
-        draw_columns(axes, place, columns)
-    if colour_factor:
-        draw_legend(axes, colour_factor)
-    draw_panel_title(axes, "A", "Detection rate")
+    places = [
+        [_stimuli(rates, facets, panel, x, each) for each in facets.side_by_side] for x in facets.places
+    ]
+    if rates.catch_means and _catch_at_each_place(rates, facets):
+        for columns, x in zip(places, facets.places, strict=True):
+            columns += _catch(rates, facets, panel, x)
+    draw_places(axes, places)
+    if rates.catch_means and not _catch_at_each_place(rates, facets):
+        draw_places(axes, [_catch(rates, facets, panel, ())], first=len(places))
 
 
-def _draw_differences(axes: "Axes", results: Results, labels: Sequence[str]) -> None:
-    pairs = {difference_label(result) for result in results.comparisons}
-    label, pair = "Difference in rate", pairs.pop()
-    if not pairs and len(pair) <= _LONGEST_PAIR:
-        label = f"{label}\n({pair})"
-    at = {name for result in results.comparisons for name, _ in result.at}
-    named_by_level = len(at) == 1 and not numbered(results.comparisons)
-    prepare_axes(axes, label, labels, factor_label(at.pop()) if named_by_level else "Comparison")
-    axes.axhline(0, color=INK, linewidth=0.7)
-    for place, result in enumerate(results.comparisons):
-        draw_columns(axes, place, [difference_column(result)])
-    draw_panel_title(axes, "B", "Paired difference")
-
-
-def _groups(
-    rates: Sequence[ParticipantRate], x_factor: StudyFactor | None, colour_factor: StudyFactor | None
-) -> list[list[Column]]:
-    """Return the columns to draw at each place of the axis."""
+def rate_differences(comparisons: Sequence[ComparisonResult]) -> list[Difference]:
+    """Return what was compared, with participants' differences of rates."""
     return [
-        [
-            rate_column(
-                [rate for rate in rates if {*x, *colour} == set(rate.condition)],
-                level_style(index) if colour else PLAIN,
-            )
-            for index, colour in enumerate(_pairs(colour_factor))
-        ]
-        for x in _pairs(x_factor)
+        (
+            result,
+            Column(
+                {participant: float(difference) for participant, difference in result.differences},
+                result.mean,
+                result.interval,
+                PLAIN,
+            ),
+        )
+        for result in comparisons
     ]
 
 
-def _pairs(factor: StudyFactor | None) -> list[tuple[tuple[str, float | str], ...]]:
-    return [((factor.name, level),) for level in factor.levels] if factor else [()]
+def _values(rates: Sequence[ParticipantRate]) -> dict[Cell, dict[str, float]]:
+    values: dict[Cell, dict[str, float]] = {}
+    for rate in rates:
+        if rate.rate is not None:
+            values.setdefault(frozenset(rate.condition), {})[rate.participant] = float(rate.rate)
+    return values
+
+
+def _column(values: Mapping[str, float], mean: ConditionRate | None, style: Style) -> Column:
+    return Column(values, mean.mean if mean else None, mean.interval if mean else None, style)
+
+
+def _rates_group(rates: RateColumns, facets: Facets) -> Group:
+    panels = [
+        Panel(
+            lambda axes, panel=panel: draw_rates(axes, rates, facets, panel),  # type: ignore[misc]
+            facets.strip(panel),
+        )
+        for panel in facets.panel_conditions
+    ]
+    ticks = _rate_ticks(rates, facets)
+    columns = len(facets.side_by_side) * (1 + _catch_at_each_place(rates, facets))
+    return Group(
+        title="Detection rate",
+        x_label=facets.x_label,
+        y_label=RATE_LABEL,
+        panels=panels,
+        height_in=_FACET_IN if len(panels) > 1 else _PANEL_IN,
+        least_in=max(0.8, facets.least_in(len(ticks), columns)),
+        ticks=ticks,
+        columns=facets.columns,
+        weight=len(ticks) * max(2, columns),
+    )
+
+
+def _rate_ticks(rates: RateColumns, facets: Facets) -> list[str]:
+    own_place = bool(rates.catch_means) and not _catch_at_each_place(rates, facets)
+    return [*facets.ticks, *([_CATCH] if own_place else [])]
+
+
+def _catch_at_each_place(rates: RateColumns, facets: Facets) -> bool:
+    return facets.x is not None and facets.x.name in rates.between and bool(rates.catch_means)
+
+
+def _stimuli(rates: RateColumns, facets: Facets, *parts: Condition) -> Column:
+    return rates.column(facets.cell(*parts), facets.style(*parts))
+
+
+def _catch(rates: RateColumns, facets: Facets, panel: Condition, x: Condition) -> list[Column]:
+    told = facets.colour is not None and facets.colour.name in rates.between
+    return [
+        rates.catch_column(facets.cell(panel, x, each), _hollow(facets.style(panel, each) if told else PLAIN))
+        for each in (facets.side_by_side if told else [()])
+    ]
+
+
+def _hollow(style: Style) -> Style:
+    return Style(style.colour, style.marker, hollow=True)

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 METHODS: Mapping[str, str] = {
     "trials": "Only complete trials with an answer are counted; the remarks say what was not counted.",
     "participant_rate": (
-        "A participant's rate is felt / trials, with Wilson's 95 % score interval, which takes the trials as "
+        "A participant's rate is felt / trials, with Wilson's 95% score interval, which takes the trials as "
         "independent and equally likely to be felt; beside it Clopper and Pearson's exact interval and "
         "Jeffreys', which ends at 0 or 1 where none or all were felt."
     ),
     "rate": (
-        "A condition's rate is the mean of the participants' rates, with Student's 95 % t interval over "
+        "A condition's rate is the mean of the participants' rates, with Student's 95% t interval over "
         "participants, whose ends are kept within 0..1; no interval for one participant or if all have the "
         "same rate. Beside it the percentile interval of the participant bootstrap over all n^n resamples, "
         "and the beta-binomial model's mean with its profile-likelihood interval and the correlation of two "
@@ -19,7 +19,7 @@ METHODS: Mapping[str, str] = {
     "false_alarm_rate": "The share of catch trials answered as felt; undefined without catch trials.",
     "difference": (
         "A planned comparison is the mean over participants of rate at first minus rate at second, with "
-        "Student's 95 % t interval; participants without both rates are left out and named. Over factors "
+        "Student's 95% t interval; participants without both rates are excluded and named. Over factors "
         "that are not compared, cells are averaged, each counting the same."
     ),
     "sign_flip": (
@@ -27,7 +27,7 @@ METHODS: Mapping[str, str] = {
         "2 / 2^k with k differences that are not zero."
     ),
     "paired_t": (
-        "Paired t test, two-sided; not testable if all differences are equal. dz is mean / SD, its 95 % "
+        "Paired t test, two-sided; not testable if all differences are equal. dz is mean / SD, its 95% "
         "interval by the noncentral t distribution."
     ),
     "detectability": (
@@ -35,7 +35,7 @@ METHODS: Mapping[str, str] = {
         "of a condition against the catch trials of its kind of block; undefined without catch trials."
     ),
     "wilcoxon": (
-        "Exact two-sided Wilcoxon signed-rank test with mid-ranks, zeros left out; beside the planned tests."
+        "Exact two-sided Wilcoxon signed-rank test with mid-ranks, zeros excluded; beside the planned tests."
     ),
     "bayes_factor": (
         "JZS Bayes factor of the paired t test, Cauchy prior of scale 0.707 on the effect size; over 1 "
@@ -45,7 +45,7 @@ METHODS: Mapping[str, str] = {
         "Logistic mixed model of the single answers at the level where factors are compared (of all answers, "
         "where it is overall): every condition a fixed effect, a random intercept and a random slope for the "
         "compared factor over participants, by adaptive Gauss-Hermite quadrature (9 nodes or more per "
-        "effect); difference in logits with Wald's 95 % interval, likelihood-ratio test. "
+        "effect); difference in logits with Wald's 95% interval, likelihood-ratio test. "
         "Where all or none were felt in a condition, half an answer of each kind is added to every condition "
         "(Firth's penalty)."
     ),
@@ -83,8 +83,8 @@ METHODS: Mapping[str, str] = {
         "number of a staircase's reversals with its final steps, for the rate at which the staircase "
         "settles, or the mean of QUEST+'s posterior in dB, for the level at which the stimulus alone, "
         "guesses and lapses aside, is felt half the time. Means, intervals, paired t and exact sign-flip "
-        "tests are of thresholds in dB over participants; those whose tracks do not tell a threshold are "
-        "left out and counted. The exact sign test counts them too where a threshold seems to lie beyond "
+        "tests are of thresholds in dB over participants; undetermined ones are "
+        "excluded and counted. The exact sign test counts them too where a threshold seems to lie beyond "
         "the levels, and so beyond the other."
     ),
     "timing": (
@@ -93,22 +93,22 @@ METHODS: Mapping[str, str] = {
     ),
     "response_time": (
         "From the onset to the first press, of stimuli that were felt; a participant's median and quartiles "
-        "(interpolated linearly), and the mean of the participants' medians with Student's 95 % t interval."
+        "(interpolated linearly), and the mean of the participants' medians with Student's 95% t interval."
     ),
     "psychometric": (
         "Psychometric function of each participant along a factor of three or more numbers, p = guess + (1 - "
         "guess - lapse) F with F normal along octaves (units, where a level is negative), fitted by maximum "
         "likelihood and never falling; threshold where F is 0.5, slope dF/dt there. Lapse rate 0.02; "
         "one guess rate for all conditions of a participant, estimated from catch trials and stimuli, or 0 "
-        "without catch trials. 95 % profile-likelihood intervals, and percentile intervals of 400 parametric "
+        "without catch trials. 95% profile-likelihood intervals, and percentile intervals of 400 parametric "
         "bootstrap resamples (seed 1), which also give the p of the deviance. A level of 0 counts as no "
         "stimulus."
     ),
     "psychometric_group": (
-        "Over participants: the (along octaves geometric) mean of thresholds with Student's 95 % t interval, "
+        "Over participants: the (along octaves geometric) mean of thresholds with Student's 95% t interval, "
         "and a mixed model of all answers with random intercept and steepness by adaptive Gauss-Hermite "
         "quadrature, each participant's guess and lapse rates taken as known; its threshold is that of an "
-        "average participant, with Fieller's 95 % interval."
+        "average participant, with Fieller's 95% interval."
     ),
     "holm": (
         "Holm's adjustment over all planned comparisons together, for each of the three tests by itself; "

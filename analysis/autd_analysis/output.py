@@ -7,10 +7,11 @@ from typing import Any
 
 from autd_analysis.all_figures import save_figures
 from autd_analysis.methods import METHODS
+from autd_analysis.report.facets import unwritten
+from autd_analysis.report.figure_options import DEFAULT, FigureOptions
 from autd_analysis.report.page import report_page
 from autd_analysis.report.provenance import input_hashes, software_versions
 from autd_analysis.study import Results
-from autd_analysis.style import FORMATS
 from autd_analysis.tables.all_tables import result_tables
 from autd_analysis.tables.table import ResultTable
 from autd_trials.errors import DeviceError
@@ -22,7 +23,7 @@ REPORT = "report.html"
 _BIDS_VERSION = "1.10.0"
 
 
-def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
+def write_results(results: Results, folder: Path, options: FigureOptions = DEFAULT) -> list[Path]:
     """Write everything that the analysis of a study gives.
 
     Parameters
@@ -32,8 +33,8 @@ def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMA
     folder
         Where to, ``derivatives/analysis`` of the study; made if it is not there. Files of the same names are
         replaced, others are left alone.
-    formats
-        Of the figures; ``svg`` must be among them, as the report shows it.
+    options
+        How figures are made.
 
     Returns
     -------
@@ -46,20 +47,21 @@ def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMA
         The disk refuses.
     """
     tables = result_tables(results)
+    remarks = all_remarks(results, options)
     texts = {f"{table.name}.tsv": tsv(table.columns, table.rows) for table in tables} | {
         "results.json": json_text(results_json(results)),
-        "README.md": _readme(results, tables),
+        "README.md": _readme(results, tables, remarks),
     }
     if results.trials.design.study is not None:
         texts["dataset_description.json"] = json_text(
             _dataset_description(results, results.trials.design.study)
         )
-        texts[".bidsignore"] = "*.tsv\n*.json\n*.png\n*.svg\n*.pdf\n*.html\n"
+        texts[".bidsignore"] = "*.tsv\n*.json\n*.png\n*.svg\n*.pdf\n*.tiff\n*.html\n"
     try:
         for name, text in texts.items():
             replace_text(folder / name, text)
-        figures = save_figures(results, folder, formats)
-        replace_text(folder / REPORT, report_page(results, tables, figures))
+        figures = save_figures(results, folder, options)
+        replace_text(folder / REPORT, report_page(results, tables, figures, remarks))
     except OSError as error:
         raise DeviceError(
             f"disk: cannot write the results: {error.strerror or error}",
@@ -70,6 +72,19 @@ def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMA
         *(folder / name for name in (*texts, REPORT)),
         *(file for figure in figures for file in figure.files),
     ]
+
+
+def all_remarks(results: Results, options: FigureOptions = DEFAULT) -> tuple[str, ...]:
+    """Return what to know before using results and figures.
+
+    Parameters
+    ----------
+    results
+        The study's results.
+    options
+        How figures are made.
+    """
+    return (*results.warnings, *unwritten(results.trials.design, options))
 
 
 def results_json(results: Results) -> dict[str, Any]:
@@ -123,10 +138,10 @@ def _dataset_description(results: Results, study: Study) -> dict[str, Any]:
     }
 
 
-def _readme(results: Results, tables: Sequence[ResultTable]) -> str:
+def _readme(results: Results, tables: Sequence[ResultTable], remarks: Sequence[str]) -> str:
     """Return what a person who opens the folder should read first."""
     origin = "SIMULATED PARTICIPANTS: these are no data about people.\n\n" if results.simulated else ""
-    warnings = "".join(f"- {warning}\n" for warning in results.warnings) or "None.\n"
+    warnings = "".join(f"- {remark}\n" for remark in remarks) or "None.\n"
     methods = "".join(f"- {method}\n" for method in METHODS.values())
     described = "".join(
         f"### {table.name}.tsv\n\n{table.about}\n\n"
@@ -137,8 +152,8 @@ def _readme(results: Results, tables: Sequence[ResultTable]) -> str:
     return (
         f"{origin}# {results.trials.design.protocol}: results\n\n"
         "Made from the study's trial tables by `autd-trials analyse`; everything here can be made again.\n"
-        f"Everything in one file, to read or print: `{REPORT}`. The figures are beside it as PNG, SVG and "
-        "PDF; all numbers are in `results.json`.\n\n"
+        f"Everything in one file, to read or print: `{REPORT}`. The figures are beside it; all "
+        "numbers are in `results.json`.\n\n"
         f"## Methods\n\n{methods}\n"
         f"## Remarks on the data\n\n{warnings}\n"
         f"## Tables\n\nMissing or undefined is `n/a`.\n\n{described}"

@@ -10,12 +10,14 @@ from autd_analysis.rates import ConditionRate
 from autd_analysis.study import Results
 from autd_analysis.threshold_words import threshold_lines
 from autd_analysis.wording import (
-    compared_label,
-    difference_label,
+    Labels,
+    direction,
     format_interval,
+    format_number,
     format_p,
     format_rate,
     p_equals,
+    study_labels,
 )
 from autd_trials.tables import level_text
 
@@ -37,7 +39,7 @@ def plain_words(results: Results) -> str:
         [
             *_heading(results),
             "",
-            "Detection rate (mean over participants, 95 % t interval):",
+            "Detection rate (mean over participants, 95% t interval):",
             *_rate_lines(results.rates),
             "",
             *_false_alarm_lines(results),
@@ -75,14 +77,16 @@ def _false_alarm_lines(results: Results) -> Iterator[str]:
     if results.false_alarms is None:
         yield "False-alarm rate: undefined, the study has no catch trials."
         return
-    yield "False-alarm rate (catch trials answered as felt; mean over participants, 95 % t interval):"
+    yield "False-alarm rate (catch trials answered as felt; mean over participants, 95% t interval):"
     yield from _rate_lines(results.false_alarms)
 
 
 def _compared_lines(results: Results) -> Iterator[str]:
     if results.thresholds:
         return threshold_lines(results)
-    return _comparison_lines(results.comparisons) if results.comparisons else _nothing_compared(results)
+    if results.comparisons:
+        return _comparison_lines(results.comparisons, study_labels(results.trials.design))
+    return _nothing_compared(results)
 
 
 def _nothing_compared(results: Results) -> Iterator[str]:
@@ -101,22 +105,23 @@ def _nothing_compared(results: Results) -> Iterator[str]:
         yield "There is one condition only."
 
 
-def _comparison_lines(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
+def _comparison_lines(comparisons: Sequence[ComparisonResult], labels: Labels) -> Iterator[str]:
     yield "Planned comparisons (within participants, two-sided; Holm over all of them):"
     for result in comparisons:
-        yield f"  {describe_condition(result.at)}: {_difference(result)}"
+        yield f"  {describe_condition(result.at)}: {_difference(result, labels)}"
         yield from (f"    {line}" for line in _tests(result))
 
 
-def _difference(result: ComparisonResult) -> str:
+def _difference(result: ComparisonResult, labels: Labels) -> str:
     if result.mean is None:
-        return f"{difference_label(result)}: no participant has both rates"
-    first, second = (compared_label(result, level) for level in (result.first, result.second))
-    change = (
-        f"the same mean rate with {first} as with {second}"
-        if result.mean == 0
-        else f"felt {'more' if result.mean > 0 else 'less'} often with {first} than with {second}"
-    )
+        difference = labels.difference(result.factor, result.first, result.second)
+        return f"{difference}: no participant has both rates"
+    first, second = (labels.stated(result.factor, level) for level in (result.first, result.second))
+    change = {
+        0: f"the same mean rate with {first} as with {second}",
+        1: f"felt more often with {first} than with {second}",
+        -1: f"felt less often with {first} than with {second}",
+    }[direction(result.mean)]
     interval = f"{format_rate(result.mean)} {format_interval(result.interval)}"
     return f"{change}, difference {interval}, n = {result.participants}"
 
@@ -130,15 +135,15 @@ def _tests(result: ComparisonResult) -> Iterator[str]:
         )
     if result.paired_t:
         parts.append(
-            f"t({result.paired_t.df}) = {result.paired_t.t:.2f}, {p_equals(result.paired_t.p)} "
-            f"(Holm {format_p(result.paired_t_holm)}), dz = {result.paired_t.dz:.2f}"
+            f"t({result.paired_t.df}) = {format_number(result.paired_t.t)}, {p_equals(result.paired_t.p)} "
+            f"(Holm {format_p(result.paired_t_holm)}), dz = {format_number(result.paired_t.dz)}"
         )
     if parts:
         yield "; ".join(parts)
     if result.mixed_model:
         test = result.mixed_model
         yield (
-            f"mixed model: {test.logits:.2f} logits {format_interval(test.interval)}, "
+            f"mixed model: {format_number(test.logits)} logits {format_interval(test.interval, format_number)}, "
             f"chi2(1) = {test.statistic:.2f}, {p_equals(test.p)} (Holm {format_p(result.mixed_model_holm)})"
         )
     yield from result.notes

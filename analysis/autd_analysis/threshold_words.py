@@ -7,12 +7,14 @@ from autd_analysis.study import Results
 from autd_analysis.threshold_comparisons import ThresholdComparison
 from autd_analysis.thresholds import GroupThreshold
 from autd_analysis.wording import (
-    MINUS,
-    compared_level,
+    THIN,
+    Labels,
     format_interval,
+    format_level,
+    format_number,
     format_p,
-    format_rate,
     p_equals,
+    study_labels,
 )
 from autd_trials.protocol.method import Method, Staircase
 
@@ -28,8 +30,8 @@ _ESTIMATES = {
 }
 _COMPARED = (
     "Thresholds were averaged over participants and compared within them in dB (20 log10 of the level), by a "
-    "paired t test and an exact sign-flip test. Thresholds that the answers do not tell are left out, but an "
-    "exact sign test counts which of two is higher also where one seems to lie beyond the levels. All tests "
+    "paired t test and an exact sign-flip test. Undetermined thresholds are excluded, but an exact sign "
+    "test counts which of two is higher also where one seems to lie beyond the levels. All tests "
     "are two-sided; p values were adjusted by Holm's method for each kind of test."
 )
 
@@ -37,6 +39,7 @@ _COMPARED = (
 def threshold_lines(results: Results) -> Iterator[str]:
     """Yield the lines of a summary: thresholds, and the planned comparisons of them."""
     assert results.trials.design.method is not None
+    labels = study_labels(results.trials.design)
     varied, groups = results.trials.design.method.varies, results.group_thresholds
     yield f"Thresholds ({varied}; geometric mean over participants, 95 % t interval):"
     width = max((len(describe_condition(group.condition)) for group in groups), default=0)
@@ -46,11 +49,11 @@ def threshold_lines(results: Results) -> Iterator[str]:
         yield ""
         yield "Planned comparisons of thresholds (within participants, two-sided; Holm over all of them):"
         for found in results.threshold_comparisons:
-            yield f"  {comparison_words(found)}"
+            yield f"  {comparison_words(found, labels)}"
 
 
 def group_words(group: GroupThreshold) -> str:
-    """Return a condition's mean threshold with its interval, n, and how many tracks tell none."""
+    """Return a condition's mean threshold with its interval, n, and how many are undetermined."""
     beyond = [
         f"{count} {where}, so the mean is too {what}"
         for count, where, what in (
@@ -59,37 +62,49 @@ def group_words(group: GroupThreshold) -> str:
         )
         if count
     ]
-    untold = f", {'; '.join([f'{group.untold} not told', *beyond])}" if group.untold else ""
-    return (
-        f"{format_rate(group.threshold)} {format_interval(group.interval)}, n = {group.participants}{untold}"
-    )
+    undetermined = f", {'; '.join([f'{group.untold} undetermined', *beyond])}" if group.untold else ""
+    mean = f"{format_level(group.threshold)} {format_interval(group.interval, format_level)}"
+    return f"{mean}, n = {group.participants}{undetermined}"
 
 
-def comparison_words(found: ThresholdComparison) -> str:
+def felt_words(method: Method) -> str:
+    """Return for which rate of "felt" the method's thresholds are, for an axis."""
+    if isinstance(method, Staircase):
+        return f"felt in {100 * method.converges_to:.3g}% of trials"
+    return "felt in 50% of trials, guesses and lapses aside"
+
+
+def comparison_words(found: ThresholdComparison, labels: Labels) -> str:
     """Return what was compared, the difference, and its tests."""
-    first, second = (compared_level(found.factor, level) for level in (found.first, found.second))
-    at = f", {describe_condition(found.at)}" if found.at else ""
-    parts = [f"{format_rate(found.mean_db)} dB {format_interval(found.interval)}"]
-    parts.append(f"n = {len(found.differences_db)}")
-    if found.paired_t:
-        test = found.paired_t
-        parts.append(
-            f"t({test.df}) = {test.t:.2f}, {p_equals(test.p)} (Holm {format_p(found.paired_t_holm)}), "
-            f"dz = {test.dz:.2f}"
-        )
-    if found.sign_flip:
-        flip = found.sign_flip
-        parts.append(
-            f"exact sign-flip {p_equals(flip.p)} (Holm {format_p(found.sign_flip_holm)}; least possible "
-            f"{format_p(flip.floor)})"
-        )
+    first = labels.stated(found.factor, found.first)
+    parts = [
+        f"{format_number(found.mean_db)}{THIN}dB, 95% CI {format_interval(found.interval, format_number)}",
+        f"n = {len(found.differences_db)}",
+        *threshold_tests(found),
+    ]
     if found.sign_p is not None:
         counts = f"{found.higher_first} of {found.higher_first + found.higher_second}"
         parts.append(
             f"{first} higher in {counts}, exact sign test {p_equals(found.sign_p)} "
             f"(Holm {format_p(found.sign_holm)})"
         )
-    return f"{first} {MINUS} {second}{at}: {'; '.join(parts)}"
+    return f"{labels.comparison(found)}: {'; '.join(parts)}"
+
+
+def threshold_tests(found: ThresholdComparison) -> Iterator[str]:
+    """Yield the tests of a difference of thresholds in dB."""
+    if found.paired_t:
+        test = found.paired_t
+        yield (
+            f"t({test.df}) = {format_number(test.t)}, {p_equals(test.p)} (Holm {format_p(found.paired_t_holm)}), "
+            f"dz = {format_number(test.dz)}"
+        )
+    if found.sign_flip:
+        flip = found.sign_flip
+        yield (
+            f"exact sign-flip {p_equals(flip.p)} (Holm {format_p(found.sign_flip_holm)}; least possible "
+            f"{format_p(flip.floor)})"
+        )
 
 
 def method_sentences(method: Method) -> str:

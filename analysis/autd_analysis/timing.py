@@ -109,6 +109,40 @@ class ConditionResponseTime:
     trials: int
 
 
+@dataclass(frozen=True)
+class TimingResults:
+    """All that is known of the times of a study.
+
+    Attributes
+    ----------
+    onsets
+        How well onsets were timed.
+    people
+        Response times of every participant, over all conditions.
+    cells, means
+        Participants' response times in every condition, and the means of their medians.
+    """
+
+    onsets: tuple[TimeSummary, ...]
+    people: tuple[ParticipantResponseTime, ...]
+    cells: tuple[ParticipantResponseTime, ...]
+    means: tuple[ConditionResponseTime, ...]
+
+
+def timing_results(trials: Trials) -> TimingResults:
+    """Return all that is known of the times of a study.
+
+    Parameters
+    ----------
+    trials
+        The study's trials.
+    """
+    cells = response_times(trials, trials.design.factors)
+    return TimingResults(
+        onset_times(trials), response_times(trials, ()), cells, response_times_over_participants(cells)
+    )
+
+
 def onset_times(trials: Trials) -> tuple[TimeSummary, ...]:
     """Return how well onsets were timed.
 

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from autd_trials.commands.figure_arguments import add_figure_arguments, figure_options
 from autd_trials.commands.integrity import say_of_records
 from autd_trials.commands.output import print_json, print_text, say
 from autd_trials.errors import UsageError
@@ -11,6 +12,7 @@ from autd_trials.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from autd_analysis.report.figure_options import FigureOptions
     from autd_analysis.study import Results
 
     from autd_trials.protocol.schema import Comparison
@@ -49,6 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="also make tests that pool answers over participants; they are wrong where people differ",
     )
+    add_figure_arguments(parser)
     parser.add_argument(
         "--out", type=Path, help="where results go (STUDY/derivatives/analysis, TABLE-analysis)"
     )
@@ -57,11 +60,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Analyse the study and write the results."""
-    from autd_analysis.output import results_json, write_results
+    from autd_analysis.output import all_remarks, results_json, write_results
     from autd_analysis.summary import plain_words
 
-    results, folder = _analyse(options)
-    write_results(results, folder)
+    figures = figure_options(options)
+    results, folder = _analyse(options, figures)
+    write_results(results, folder, figures)
+    for remark in all_remarks(results, figures)[len(results.warnings) :]:
+        say(remark)
     if options.json:
         print_json(results_json(results))
     else:
@@ -70,10 +76,12 @@ def execute(options: argparse.Namespace) -> int:
     return 0
 
 
-def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
+def _analyse(options: argparse.Namespace, figures: "FigureOptions") -> "tuple[Results, Path]":
     """Return the results and the folder where they go."""
     from autd_analysis.any_table import TableRequest, read_any_table
-    from autd_analysis.study import analyse, results_of
+    from autd_analysis.report.figure_options import labelled_trials
+    from autd_analysis.study import results_of
+    from autd_analysis.trials import read_trials
 
     from autd_trials.records.layout import analysis_folder
 
@@ -87,7 +95,7 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
         folder = Path(f"{options.study.stem}-analysis")
         if options.study.parent.name != "beh":  # a data set's own folders are no place for results
             folder = options.study.with_name(folder.name)
-        return results_of(trials, pooled=options.pooled), options.out or folder
+        return results_of(labelled_trials(trials, figures), pooled=options.pooled), options.out or folder
     if not options.study.exists():
         raise UsageError(
             "there is no such file or folder",
@@ -100,7 +108,8 @@ def _analyse(options: argparse.Namespace) -> "tuple[Results, Path]":
             where=str(options.study),
             do="leave them out, or give a CSV or TSV file",
         )
-    results = analyse(options.study, pooled=options.pooled)
+    trials = labelled_trials(read_trials(options.study), figures)
+    results = results_of(trials, pooled=options.pooled)
     say(f"data set: {options.study}")
     say_of_records(options.study, results.trials.problems)
     return results, options.out or analysis_folder(options.study)

@@ -1,22 +1,23 @@
 """Methods and results as paragraphs for a manuscript, every number from the results."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from autd_analysis.comparisons import ComparisonResult
 from autd_analysis.design import Condition, StudyFactor
 from autd_analysis.intervals import Interval
 from autd_analysis.rates import ConditionRate
+from autd_analysis.report.recorded_methods import recorded_methods
 from autd_analysis.study import Results
 from autd_analysis.threshold_words import comparison_words, group_words, method_sentences
 from autd_analysis.timing_words import timing_sentences
 from autd_analysis.wording import (
-    compared_label,
-    difference_label,
-    factor_label,
+    Labels,
+    direction,
     format_interval,
+    format_number,
     format_rate,
-    level_label,
     p_equals,
+    study_labels,
 )
 
 _CHI2 = "\N{GREEK SMALL LETTER CHI}\N{SUPERSCRIPT TWO}"
@@ -37,7 +38,7 @@ _NUMBERS = [
 ]
 _RATES = (
     "A participant's detection rate is the share of trials with a stimulus that were answered as felt. Rates "
-    "are means over participants, each participant counting the same, with Student's 95 % t interval over "
+    "are means over participants, each participant counting the same, with Student's 95% t interval over "
     "participants."
 )
 _DETECTABILITY = (
@@ -53,8 +54,8 @@ _MIXED = (
 _NO_CATCH_TRIALS = "Without catch trials the false-alarm rate and d' are undefined."
 
 
-def methods_text(results: Results, software: dict[str, str]) -> tuple[str, ...]:
-    """Return paragraphs for a manuscript's methods: who, what, and how it was analysed.
+def methods_text(results: Results, software: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
+    """Return headings and paragraphs for a manuscript's methods: who, what, how it was run and analysed.
 
     Parameters
     ----------
@@ -64,19 +65,22 @@ def methods_text(results: Results, software: dict[str, str]) -> tuple[str, ...]:
         Versions of what was used, by name.
     """
     versions = ", ".join(f"{name} {version}" for name, version in software.items())
+    labels = study_labels(results.trials.design)
     method = results.trials.design.method
     how = (
         (
-            " ".join((_RATES, _DETECTABILITY if results.detectability else _NO_CATCH_TRIALS)),
-            " ".join(_tests_made(results.comparisons)),
+            _RATES,
+            _DETECTABILITY if results.detectability else _NO_CATCH_TRIALS,
+            *_tests_made(results.comparisons, labels),
         )
         if method is None
         else (method_sentences(method),)
     )
+    who = (*_people(results), *_design(results.trials.design.factors, labels), *_trials(results))
     return (
-        " ".join((*_people(results), *_design(results.trials.design.factors), *_trials(results))),
-        *how,
-        f"Analyses were made with {versions}.",
+        ("Participants and design", " ".join(who)),
+        *recorded_methods(results),
+        ("Statistics", " ".join((*how, f"Analyses were made with {versions}."))),
     )
 
 
@@ -88,12 +92,13 @@ def results_text(results: Results) -> tuple[str, ...]:
     results
         The study's results.
     """
+    labels = study_labels(results.trials.design)
     found = (
-        (" ".join(_thresholds(results)), " ".join(_false_alarms(results)))
+        (" ".join(_thresholds(results, labels)), " ".join(_false_alarms(results, labels)))
         if results.thresholds
         else (
-            " ".join((*_rates(results.rates), *_false_alarms(results))),
-            " ".join(map(_comparison, results.comparisons)),
+            " ".join((*_rates(results.rates, labels), *_false_alarms(results, labels))),
+            " ".join(_comparison(result, labels) for result in results.comparisons),
         )
     )
     paragraphs = (
@@ -112,9 +117,9 @@ def _people(results: Results) -> Iterator[str]:
         yield "The participants were simulated by a program; these are no data about people."
 
 
-def _design(factors: Sequence[StudyFactor]) -> Iterator[str]:
-    varied = [_factor(factor) for factor in factors if len(factor.levels) > 1]
-    held = [_factor(factor) for factor in factors if len(factor.levels) == 1]
+def _design(factors: Sequence[StudyFactor], labels: Labels) -> Iterator[str]:
+    varied = [_factor(factor, labels) for factor in factors if len(factor.levels) > 1]
+    held = [_factor(factor, labels) for factor in factors if len(factor.levels) == 1]
     if varied:
         yield f"{_upper_first(_and(varied))} {_was(len(varied))} varied within participants."
     if held:
@@ -123,10 +128,11 @@ def _design(factors: Sequence[StudyFactor]) -> Iterator[str]:
         yield "All stimuli were alike."
 
 
-def _factor(factor: StudyFactor) -> str:
+def _factor(factor: StudyFactor, labels: Labels) -> str:
     """Return a factor with its levels, as in ``modulation frequency (25, 50, 100 Hz)``."""
-    words, unit = _words_and_unit(factor.name)
-    return f"{words} ({', '.join(map(level_label, factor.levels))}{unit})"
+    *others, last = factor.levels
+    levels = [*(labels.level(factor.name, level) for level in others), labels.quantity(factor.name, last)]
+    return f"{labels.words(factor.name)} ({', '.join(levels)})"
 
 
 def _trials(results: Results) -> Iterator[str]:
@@ -148,13 +154,14 @@ def _trials(results: Results) -> Iterator[str]:
         yield f"{_upper_first(_counted(uncounted, 'attempt'))} at a trial {_was(uncounted)} not counted."
 
 
-def _tests_made(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
+def _tests_made(comparisons: Sequence[ComparisonResult], labels: Labels) -> Iterator[str]:
     if not comparisons:
         yield "No comparison was planned."
         return
     places: dict[str, list[str]] = {}
     for result in comparisons:
-        places.setdefault(difference_label(result), []).append(_where(result.at) or "overall")
+        difference = labels.difference(result.factor, result.first, result.second)
+        places.setdefault(difference, []).append(_where(result.at, labels) or "overall")
     what = _and([f"{difference} {_and(where)}" for difference, where in places.items()])
     yield (
         f"{_upper_first(_counted(len(comparisons), 'comparison'))} within participants "
@@ -172,49 +179,49 @@ def _tests_made(comparisons: Sequence[ComparisonResult]) -> Iterator[str]:
         yield "None of them could be tested."
 
 
-def _rates(rates: Sequence[ConditionRate]) -> Iterator[str]:
+def _rates(rates: Sequence[ConditionRate], labels: Labels) -> Iterator[str]:
     known = [rate for rate in rates if rate.mean is not None]
     if not known:
         yield "No stimulus was answered, so that there is no detection rate."
         return
-    parts = [f"{_rate(rate)} {_where(rate.condition)}".rstrip() for rate in known]
+    parts = [f"{_rate(rate)} {_where(rate.condition, labels)}".rstrip() for rate in known]
     yield (
-        "The mean detection rate over participants, with its 95 % t interval where it has one, was "
+        "The mean detection rate over participants, with its 95% t interval where it has one, was "
         f"{_and(parts)}."
     )
 
 
-def _thresholds(results: Results) -> Iterator[str]:
+def _thresholds(results: Results, labels: Labels) -> Iterator[str]:
     for group in results.group_thresholds:
-        where = _where(group.condition) or "overall"
+        where = _where(group.condition, labels) or "overall"
         yield f"The geometric mean threshold {where} was {group_words(group)}."
     for found in results.threshold_comparisons:
-        yield f"Difference of thresholds, {comparison_words(found)}."
+        yield f"Difference of thresholds, {comparison_words(found, labels)}."
 
 
-def _false_alarms(results: Results) -> Iterator[str]:
+def _false_alarms(results: Results, labels: Labels) -> Iterator[str]:
     if results.false_alarms is None:
         yield "There were no catch trials, so that the false-alarm rate is not known."
         return
     parts = [
-        f"{_rate(rate)} {_where(rate.condition) or 'overall'}"
+        f"{_rate(rate)} {_where(rate.condition, labels) or 'overall'}"
         for rate in results.false_alarms
         if rate.mean is not None
     ]
     yield f"The mean false-alarm rate was {_and(parts)}."
 
 
-def _comparison(result: ComparisonResult) -> str:
-    where = _where(result.at)
+def _comparison(result: ComparisonResult, labels: Labels) -> str:
+    where = _where(result.at, labels)
     opening = f"{_upper_first(where)}, " if where else "Overall, "
-    first, second = (compared_label(result, level) for level in (result.first, result.second))
+    first, second = (labels.stated(result.factor, level) for level in (result.first, result.second))
     if result.mean is None:
         return f"{opening}{first} and {second} could not be compared: no participant has both rates."
     change = (
-        f"the mean detection rate was the same with {first} as with {second}"
-        if result.mean == 0
-        else f"the detection rate was {format_rate(abs(result.mean))} "
+        f"the detection rate was {format_rate(abs(result.mean))} "
         f"{'higher' if result.mean > 0 else 'lower'} with {first} than with {second}"
+        if direction(result.mean)
+        else f"the mean detection rate was the same with {first} as with {second}"
     )
     facts = [f"{_interval(result.interval)}n = {result.participants}", *_tests(result)]
     notes = "".join(f" {_upper_first(note)}." for note in result.notes)
@@ -230,31 +237,21 @@ def _tests(result: ComparisonResult) -> Iterator[str]:
     if result.paired_t:
         test = result.paired_t
         yield (
-            f"paired t test t({test.df}) = {format_rate(test.t)}, {p_equals(test.p)}, Holm-adjusted "
-            f"{p_equals(result.paired_t_holm)}, dz = {format_rate(test.dz)}"
+            f"paired t test t({test.df}) = {format_number(test.t)}, {p_equals(test.p)}, Holm-adjusted "
+            f"{p_equals(result.paired_t_holm)}, dz = {format_number(test.dz)}"
         )
     if result.mixed_model:
         model = result.mixed_model
         yield (
-            f"mixed model {format_rate(model.logits)} logits, {_CHI2}(1) = {format_rate(model.statistic)}, "
+            f"mixed model {format_number(model.logits)} logits, {_CHI2}(1) = {format_number(model.statistic)}, "
             f"{p_equals(model.p)}, Holm-adjusted {p_equals(result.mixed_model_holm)}"
         )
 
 
-def _where(condition: Condition) -> str:
+def _where(condition: Condition, labels: Labels) -> str:
     """Return a condition in words, as in ``at modulation frequency 25 Hz and clothing inner``."""
-    return f"at {_and([_level(name, level) for name, level in condition])}" if condition else ""
-
-
-def _level(name: str, level: float | str) -> str:
-    words, unit = _words_and_unit(name)
-    return f"{words} {level_label(level)}{unit}"
-
-
-def _words_and_unit(name: str) -> tuple[str, str]:
-    """Return a factor's name in a sentence and, with a blank before it, its unit; "" without one."""
-    words, _, unit = factor_label(name).partition(" (")
-    return _lower_first(words), f" {unit.removesuffix(')')}" if unit else ""
+    parts = [f"{labels.words(name)} {labels.quantity(name, level)}" for name, level in condition]
+    return f"at {_and(parts)}" if parts else ""
 
 
 def _rate(rate: ConditionRate) -> str:
@@ -263,7 +260,7 @@ def _rate(rate: ConditionRate) -> str:
 
 
 def _interval(interval: Interval | None) -> str:
-    return f"95 % t interval {format_interval(interval)}, " if interval else ""
+    return f"95% CI {format_interval(interval)}, " if interval else ""
 
 
 def _counted(number: int, thing: str) -> str:
@@ -281,7 +278,3 @@ def _and(parts: Sequence[str]) -> str:
 
 def _upper_first(text: str) -> str:
     return text[:1].upper() + text[1:]
-
-
-def _lower_first(text: str) -> str:
-    return text[:1].lower() + text[1:]
