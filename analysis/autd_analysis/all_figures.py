@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from autd_analysis.figure_text import rates_caption
 from autd_analysis.figures import draw_figure
-from autd_analysis.psychometric_figure import draw_psychometric, psychometric_caption
 from autd_analysis.psychometric.results import PsychometricResults
+from autd_analysis.psychometric_figure import draw_psychometric, psychometric_caption
 from autd_analysis.report.facets import study_facets
 from autd_analysis.report.figure_options import DEFAULT, FigureOptions
 from autd_analysis.study import Results
@@ -77,22 +77,22 @@ def figures_of(results: Results) -> Iterator[ResultFigure]:
         yield ResultFigure(
             "thresholds",
             "Thresholds and paired differences",
-            "Panel A: every participant's threshold in every condition as a dot, with the geometric mean over "
-            "participants and its 95% t interval; participants whose threshold lies over the largest level "
-            "stand in a grey band. Panel B, if comparisons are planned: every participant's difference in dB. "
+            "Panel A: every participant's threshold in every condition as a dot, with the geometric mean "
+            "over participants and its 95% t interval; thresholds beyond the levels stand in grey bands. "
+            "Panel B, if comparisons are planned: every participant's difference in dB. "
             "All numbers are in the tables of thresholds.",
-            threshold_caption(results),
+            threshold_caption(results, tests=False),
             draw_thresholds,
         )
     else:
         yield ResultFigure(
             "rates",
             "Detection rates and paired differences",
-            "Panel A: the detection rate of every participant in every condition as a dot, with the mean over "
-            "participants and its 95% t interval. Panel B, if comparisons are planned: every participant's "
-            "difference between the compared conditions, likewise. "
+            "Panel A: the detection rate of every participant in every condition as a dot, with the mean "
+            "over participants and its 95% t interval. Panel B, if comparisons are planned: every "
+            "participant's difference between the compared conditions, likewise. "
             "All numbers are in the tables of rates and of comparisons.",
-            rates_caption(results),
+            rates_caption(results, tests=False),
             draw_figure,
         )
     for found in results.psychometric:

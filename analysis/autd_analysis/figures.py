@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 from autd_analysis.comparisons import ComparisonResult
 from autd_analysis.design import Condition
-from autd_analysis.report.differences import Difference, difference_groups
-from autd_analysis.report.facets import Cell, Facets, study_facets
-from autd_analysis.report.figure_options import DEFAULT, FigureOptions
 from autd_analysis.figure_text import comparison_table, rates_caption
 from autd_analysis.panels import Column, draw_places, prepare_axes
 from autd_analysis.rates import ConditionRate, ParticipantRate
+from autd_analysis.report.differences import Difference, difference_groups
+from autd_analysis.report.facets import Cell, Facets, study_facets
+from autd_analysis.report.figure_options import DEFAULT, FigureOptions
 from autd_analysis.report.sheet import Group, Panel, Sheet
 from autd_analysis.study import Results
 from autd_analysis.style import INK, PLAIN, Style
@@ -96,7 +96,7 @@ def draw_figure(results: Results, options: FigureOptions = DEFAULT) -> "Figure":
         legend=legend,
         groups=[_rates_group(rates, facets), *differences],
         table=comparison_table(results.comparisons, facets.labels),
-        caption=rates_caption(results),
+        caption=rates_caption(results, tests=options.test_table),
     ).draw(options)
 
 

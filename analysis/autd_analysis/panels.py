@@ -39,6 +39,7 @@ def prepare_axes(axes: "Axes", y_label: str, labels: Sequence[str], x_label: str
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
     axes.tick_params(axis="x", length=0, labelsize=fitted.size)
+    axes.tick_params(axis="y", which="both", labelsize=7)
     for label in axes.get_xticklabels():
         label.set_linespacing(1.0)
     axes.yaxis.grid(visible=True, color=GRID, linewidth=0.6)
@@ -107,12 +108,16 @@ def _dots(column: Column, centre: float, spacing: float) -> dict[str, tuple[floa
 
 
 def _join(axes: "Axes", dots: Sequence[Mapping[str, tuple[float, float]]]) -> None:
+    from matplotlib.collections import LineCollection
+
     people = list(dict.fromkeys(participant for column in dots for participant in column))
-    alpha = 0.55 * max(0.3, min(1.0, _FEW / max(1, len(people))))
-    for participant in people:
-        points = [column[participant] for column in dots if participant in column]
-        if len(points) > 1:
-            axes.plot(*zip(*points, strict=True), color=GREY, linewidth=0.6, alpha=alpha, zorder=1)
+    lines = [[column[participant] for column in dots if participant in column] for participant in people]
+    alpha = 0.55 * max(0.2, min(1.0, _FEW / max(1, len(people))))
+    joined = [line for line in lines if len(line) > 1]
+    if joined:
+        axes.add_collection(
+            LineCollection(joined, color=GREY, linewidth=0.6, alpha=alpha, zorder=1), autolim=False
+        )
 
 
 def _draw_dots(

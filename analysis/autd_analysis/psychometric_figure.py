@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from autd_analysis.design import Condition
-from autd_analysis.report.lettering import width_in
 from autd_analysis.psychometric.functions import Array, psychometric_function
 from autd_analysis.psychometric.results import GroupCurve, ParticipantCurve, PsychometricResults
 from autd_analysis.report.facets import Facets, study_facets
 from autd_analysis.report.figure_options import DEFAULT, FigureOptions
+from autd_analysis.report.lettering import width_in
 from autd_analysis.report.sheet import Group, Panel, Sheet
 from autd_analysis.study import Results
 from autd_analysis.style import GREY, GRID, Style
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PANEL_IN = 1.9
-_LEAST_IN = 1.45
+_LEAST_IN = 1.2
 _RATE_LABEL = "Detection rate (felt / trials)"
 _TICK_GAP_IN = 0.06
 _MARGIN = 0.25  # of the range of levels, beyond them on either side
 _AREA_PER_TRIAL = 1.6  # in square points
 _LARGEST_DOT = 36.0  # in square points
 _NOTE = (
-    "Dots: participants' rates, area by trials; thin lines: their functions, where the answers determine one. "
+    "Dots: participants' rates, area by trials; thin lines: their functions, where answers determine one. "
     "Thick line: function of an average participant (mixed model; else from mean threshold and slope). Large "
     "marker: its threshold, where F is 0.5; bar: 95% interval (Fieller; else t), arrows: it goes on."
 )
@@ -191,10 +191,12 @@ def _prepare(axes: "Axes", found: PsychometricResults, facets: Facets) -> None:
     places = found.axis.place(levels) if len(levels) else np.zeros(1)
     margin = _MARGIN * float(places[-1] - places[0]) or 1.0
     axes.set_xlim(found.axis.stimulus(places[0] - margin), found.axis.stimulus(places[-1] + margin))
-    chosen = list(_ticks(axes, levels, (places - places[0] + margin) / (places[-1] - places[0] + 2 * margin)))
+    shares = (places - places[0] + margin) / (places[-1] - places[0] + 2 * margin)
+    chosen = list(_ticks(axes, levels, shares[: len(levels)]))
     axes.set_xticks(chosen, [_tick(level) for level in chosen])
     axes.set_xticks([], minor=True)
     axes.set_ylim(-0.04, 1.04)
+    axes.tick_params(axis="y", labelsize=7)
     axes.set(xlabel=facets.labels.title(found.along), ylabel=_RATE_LABEL)
     axes.yaxis.grid(visible=True, color=GRID, linewidth=0.6)
     axes.set_axisbelow(True)

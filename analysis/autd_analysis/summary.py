@@ -143,7 +143,8 @@ def _tests(result: ComparisonResult) -> Iterator[str]:
     if result.mixed_model:
         test = result.mixed_model
         yield (
-            f"mixed model: {format_number(test.logits)} logits {format_interval(test.interval, format_number)}, "
+            f"mixed model: {format_number(test.logits)} logits "
+            f"{format_interval(test.interval, format_number)}, "
             f"chi2(1) = {test.statistic:.2f}, {p_equals(test.p)} (Holm {format_p(result.mixed_model_holm)})"
         )
     yield from result.notes

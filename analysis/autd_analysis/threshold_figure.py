@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from autd_analysis.design import Condition
+from autd_analysis.figure_text import threshold_table
 from autd_analysis.panels import Column, draw_places, prepare_axes
 from autd_analysis.report.differences import Difference, difference_groups
 from autd_analysis.report.facets import Facets, study_facets
@@ -12,8 +13,8 @@ from autd_analysis.report.sheet import Group, Panel, Sheet
 from autd_analysis.study import Results
 from autd_analysis.style import BAND, PLAIN
 from autd_analysis.threshold_comparisons import ThresholdComparison
-from autd_analysis.threshold_words import comparison_words, felt_words
-from autd_analysis.wording import size_words, study_labels
+from autd_analysis.threshold_words import felt_words
+from autd_analysis.wording import size_words
 from autd_trials.tables import level_text
 
 if TYPE_CHECKING:
@@ -37,7 +38,8 @@ def draw_thresholds(results: Results, options: FigureOptions = DEFAULT) -> "Figu
         simulated=results.simulated,
         legend=facets.legend,
         groups=[_thresholds_group(results, facets), *differences],
-        caption=threshold_caption(results),
+        table=threshold_table(results.threshold_comparisons, facets.labels),
+        caption=threshold_caption(results, tests=options.test_table),
     ).draw(options)
 
 
@@ -100,13 +102,13 @@ def threshold_label(results: Results, facets: Facets) -> str:
     return f"Threshold ({facets.labels.named(method.varies)}), {felt_words(method)}"
 
 
-def threshold_caption(results: Results) -> tuple[str, ...]:
-    """Return what one must know to read the figure."""
-    return tuple(_caption(results))
+def threshold_caption(results: Results, *, tests: bool = True) -> tuple[str, ...]:
+    """Return what one must know to read the figure, and the tests below it if they are there."""
+    return tuple(_caption(results, tests=tests))
 
 
 def _draw_level_ticks(axes: "Axes", smallest: float, largest: float) -> None:
-    """Number a logarithmic axis at 1, 2 and 5 of each decade, and at its ends where there are too few."""
+    """Put numbers at 1, 2 and 5 of each decade, and at the ends of the levels where these are few."""
     from matplotlib.ticker import FixedLocator, NullFormatter
 
     tens = range(-9, 10)
@@ -141,13 +143,13 @@ def _thresholds_group(results: Results, facets: Facets) -> Group:
     )
 
 
-def _caption(results: Results) -> Iterator[str]:
+def _caption(results: Results, *, tests: bool) -> Iterator[str]:
     people = len(results.trials.participants)
     compared = " (B)" if results.threshold_comparisons else ""
     yield (
         f"Small markers: participants (n = {people}; thin lines join the same one); large markers: geometric "
-        f"mean of thresholds and mean of differences{compared} over participants; bars: its 95% t interval, in "
-        "dB (20 log10 of the level)."
+        f"mean of thresholds and mean of differences{compared} over participants; bars: its 95% t interval, "
+        "in dB (20 log10 of the level)."
     )
     undetermined = sum(group.untold for group in results.group_thresholds)
     if undetermined:
@@ -155,6 +157,8 @@ def _caption(results: Results) -> Iterator[str]:
             f"{undetermined} threshold{'s are' if undetermined > 1 else ' is'} undetermined and not in the "
             "means; those that seem to lie beyond the levels are drawn in the grey bands."
         )
-    labels = study_labels(results.trials.design)
-    for found in results.threshold_comparisons:
-        yield f"{comparison_words(found, labels)}."
+    if results.threshold_comparisons and tests:
+        yield (
+            "Tests two-sided, p adjusted by Holm's method for each kind of test; the sign test also "
+            "counts thresholds that seem to lie beyond the levels."
+        )

@@ -41,7 +41,7 @@ def threshold_lines(results: Results) -> Iterator[str]:
     assert results.trials.design.method is not None
     labels = study_labels(results.trials.design)
     varied, groups = results.trials.design.method.varies, results.group_thresholds
-    yield f"Thresholds ({varied}; geometric mean over participants, 95 % t interval):"
+    yield f"Thresholds ({varied}; geometric mean over participants, 95% t interval):"
     width = max((len(describe_condition(group.condition)) for group in groups), default=0)
     for group in groups:
         yield f"  {describe_condition(group.condition):<{width}}  {group_words(group)}"
@@ -96,8 +96,8 @@ def threshold_tests(found: ThresholdComparison) -> Iterator[str]:
     if found.paired_t:
         test = found.paired_t
         yield (
-            f"t({test.df}) = {format_number(test.t)}, {p_equals(test.p)} (Holm {format_p(found.paired_t_holm)}), "
-            f"dz = {format_number(test.dz)}"
+            f"t({test.df}) = {format_number(test.t)}, {p_equals(test.p)} "
+            f"(Holm {format_p(found.paired_t_holm)}), dz = {format_number(test.dz)}"
         )
     if found.sign_flip:
         flip = found.sign_flip

@@ -29,16 +29,23 @@ _RIGHT_TO_LEFT = {"R", "AL", "AN", "RLE", "RLO", "RLI"}
 
 
 class Compared(Protocol):
-    """Two levels of a factor, compared where other factors have the levels `at`."""
+    """Two levels of a factor, compared where other factors have certain levels."""
 
     @property
-    def factor(self) -> str: ...
+    def factor(self) -> str:
+        """The factor."""
+
     @property
-    def first(self) -> Level: ...
+    def first(self) -> Level:
+        """The level that is compared."""
+
     @property
-    def second(self) -> Level: ...
+    def second(self) -> Level:
+        """The level that it is compared with."""
+
     @property
-    def at(self) -> Condition: ...
+    def at(self) -> Condition:
+        """The levels of the other factors."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +95,7 @@ class Labels:
         return f"{isolated(words)}: {self.quantity(name, level)}"
 
     def stated(self, name: str, level: Level) -> str:
-        """Return a level within a sentence, with its factor where it could be another's or is a bare number."""
+        """Return a level within a sentence, with its factor where that would not be clear."""
         label, quantity = self.level(name, level), self.quantity(name, level)
         number = isinstance(level, float | int) and self._bare(name, level)
         elsewhere = (

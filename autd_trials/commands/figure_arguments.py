@@ -1,4 +1,4 @@
-"""The options of commands that draw figures of results: width, colours, order and names of levels, formats."""
+"""The options of commands that draw figures: width, colours, order and names of levels, texts, formats."""
 
 import argparse
 from typing import TYPE_CHECKING

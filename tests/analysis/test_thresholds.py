@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from autd_analysis.design import Design, StudyFactor
 from autd_analysis.output import write_results
+from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.study import Results, analyse
 from autd_analysis.threshold_comparisons import compared_thresholds
 from autd_analysis.thresholds import Threshold, over_participants, thresholds
@@ -143,7 +144,7 @@ def test_the_studys_rates_are_not_compared_and_it_says_why(results: Results) -> 
 
 
 def test_the_tables_have_every_track(results: Results, tmp_path: Path) -> None:
-    write_results(results, tmp_path, formats=("svg",))
+    write_results(results, tmp_path, FigureOptions(formats=("svg",)))
     lines = (tmp_path / "thresholds_by_participant.tsv").read_text().splitlines()
     assert len(lines) == 1 + 8 * 2
     assert len((tmp_path / "thresholds.tsv").read_text().splitlines()) == 1 + 2

@@ -21,8 +21,8 @@ from autd_analysis.wording import (
 
 CLEAR = 0.05
 RULE = (
-    "A difference is called clear where the exact sign-flip test (the paired t test, where there is none) gives "
-    "an adjusted p of at most .05: Holm's method over all planned comparisons."
+    "A difference is called clear where the exact sign-flip test (the paired t test, where there is none) "
+    "gives a p of at most .05 after adjustment by Holm's method over all planned comparisons."
 )
 
 
@@ -134,7 +134,8 @@ def _nothing_compared(results: Results, labels: Labels) -> str:
         return f"{planned}."
     lowest, highest = min(known, key=_mean), max(known, key=_mean)
     if lowest.mean == highest.mean:
-        return f"{planned}. The mean detection rate was {format_rate(lowest.mean)}{' everywhere' * (len(known) > 1)}."
+        where = " everywhere" if len(known) > 1 else ""
+        return f"{planned}. The mean detection rate was {format_rate(lowest.mean)}{where}."
     ends = [
         f"{format_rate(rate.mean)} ({labels.condition(rate.condition) or 'overall'})"
         for rate in (lowest, highest)

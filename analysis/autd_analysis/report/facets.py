@@ -1,4 +1,4 @@
-"""What a figure shows where: a factor along the axis, one by colour, and a panel for each level of the others."""
+"""What a figure shows where: a factor along the axis, one by colour, a panel for each level of the others."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from autd_trials.protocol.schema import Level
 Cell = frozenset[tuple[str, Level]]
 """A condition whatever the order of its factors."""
 
-_NARROWEST_COLUMN_IN = 0.075
+_NARROWEST_COLUMN_IN = 0.09
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ def unwritten(design: Design, options: FigureOptions) -> tuple[str, ...]:
     named = "; ".join(f"{instead} is {isolated(name)}" for name, instead in replaced.items())
     return (
         f"No installed font has {' '.join(lacking)}, so that figures number what they cannot write: {named}. "
-        "Install a font that has them (Noto Sans CJK for Japanese and Chinese, Noto Sans Arabic, ...) or give "
+        "Install a font that has them (Noto Sans CJK for Japanese and Chinese, say) or give "
         "other labels (--labels).",
     )
 

@@ -14,8 +14,8 @@ FORMATS = ("png", "svg", "pdf", "tiff")
 """What figures can be saved as."""
 
 WIDTHS_MM: Mapping[str, float] = {"single": 85.0, "middle": 114.0, "double": 174.0}
-"""Widths of one, of one and a half and of two columns, as Cell Press asks for them. Others are given as numbers:
-Elsevier's are 90, 140 and 190 mm, Nature's 89 and 183 mm."""
+"""Widths of one, of one and a half and of two columns, as Cell Press asks for them. Others are given as
+numbers: Elsevier's are 90, 140 and 190 mm, Nature's 89 and 183 mm."""
 
 NARROWEST_MM, WIDEST_MM = 60.0, 400.0
 

@@ -43,6 +43,11 @@ def families_for(text: str) -> tuple[str, ...]:
     return tuple(families)
 
 
+def can_be_bold(text: str) -> bool:
+    """Return whether the first font can write a text: those of other scripts often have no bold face."""
+    return not _lacking(text, [FIRST])
+
+
 def unwritable(text: str) -> str:
     """Return the characters of a text that no installed font has, each once, in order."""
     if not _lacking(text, [FIRST]):
@@ -52,9 +57,7 @@ def unwritable(text: str) -> str:
 
 
 def _lacking(text: str, families: Iterable[str]) -> set[str]:
-    from matplotlib.font_manager import FontProperties, findfont
-
-    had = {each for family in families for each in _characters(findfont(FontProperties(family=family)))}
+    had = frozenset[str]().union(*map(_characters_of, families))
     return {each for each in {*text} - had - _SELECTORS if unicodedata.category(each) not in _UNDRAWN}
 
 
@@ -95,6 +98,13 @@ def _liking(family: str) -> tuple[int, str]:
     name = family.lower()
     rank = next((place for place, word in enumerate(_LIKED) if word in name), len(_LIKED))
     return -rank, family
+
+
+@lru_cache(maxsize=64)
+def _characters_of(family: str) -> frozenset[str]:
+    from matplotlib.font_manager import FontProperties, findfont
+
+    return _characters(findfont(FontProperties(family=family)))
 
 
 @lru_cache(maxsize=512)

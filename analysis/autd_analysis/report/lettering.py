@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from autd_analysis.report.fonts import FIRST, can_be_bold
 from autd_analysis.wording import lines_isolated
 
 POINTS_PER_INCH = 72
@@ -54,7 +55,13 @@ def width_in(text: str, size: float, *, bold: bool = False) -> float:
     """
     import matplotlib as mpl
 
-    return _width_em(text, tuple(mpl.rcParams["font.family"]), bold) * size / POINTS_PER_INCH
+    families = (FIRST,) if bold and can_be_bold(text) else tuple(mpl.rcParams["font.family"])
+    return _width_em(text, families, bold and can_be_bold(text)) * size / POINTS_PER_INCH
+
+
+def bold_face(text: str) -> dict[str, str]:
+    """Return the face of a text that is to be bold, as matplotlib takes it; an ordinary one if need be."""
+    return {"fontfamily": FIRST, "fontweight": "bold"} if can_be_bold(text) else {}
 
 
 def broken(text: str, room_in: float, size: float, *, bold: bool = False) -> list[str]:

@@ -243,8 +243,9 @@ def _tests(result: ComparisonResult) -> Iterator[str]:
     if result.mixed_model:
         model = result.mixed_model
         yield (
-            f"mixed model {format_number(model.logits)} logits, {_CHI2}(1) = {format_number(model.statistic)}, "
-            f"{p_equals(model.p)}, Holm-adjusted {p_equals(result.mixed_model_holm)}"
+            f"mixed model {format_number(model.logits)} logits, "
+            f"{_CHI2}(1) = {format_number(model.statistic)}, {p_equals(model.p)}, "
+            f"Holm-adjusted {p_equals(result.mixed_model_holm)}"
         )
 
 

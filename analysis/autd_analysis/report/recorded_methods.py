@@ -1,5 +1,6 @@
 """How a study was run, from its logs, as sentences for a manuscript's methods."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 
 from autd_analysis.study import Results
@@ -40,14 +41,14 @@ def recorded_methods(results: Results) -> tuple[tuple[str, str], ...]:
 
 
 def _said(starts: Sequence[SessionStart], sentences: Callable[[SessionStart], Iterator[str]]) -> str:
-    """Return the sentences of all sessions, each once; where sessions differ, which is said of how many."""
-    counts: dict[str, int] = {}
-    for start in starts:
-        paragraph = " ".join(sentences(start))
-        counts[paragraph] = counts.get(paragraph, 0) + 1
-    if len(counts) == 1:
-        return next(iter(counts))
-    return " ".join(f"In {count} of {len(starts)} sessions: {text}" for text, count in counts.items())
+    """Return the sentences of all sessions, each once; of how many sessions, where not of all."""
+    counts = Counter(sentence for start in starts for sentence in dict.fromkeys(sentences(start)))
+    return " ".join(
+        sentence
+        if count == len(starts)
+        else f"{sentence.removesuffix('.')} (in {count} of {len(starts)} sessions)."
+        for sentence, count in counts.items()
+    )
 
 
 def _stimulus(start: SessionStart) -> Iterator[str]:
@@ -76,15 +77,15 @@ def _timing(start: SessionStart) -> Iterator[str]:
     question = protocol.response.question.strip()
     yield f"Participants were asked: {_OPEN_QUOTE}{question}{_CLOSE_QUOTE}"
     if start.devices:
-        yield f"Answers came from: {start.devices.responder.kind} ({start.devices.responder.device})."
+        yield f"Answers came from: {start.devices.responder.kind}."
     yield (
-        f"A press within {_number(timing.response_window_s)}{THIN}s of the onset counted as felt, none as not "
-        f"felt; a pause of {_number(timing.pause_min_s)}{_EN_DASH}{_number(timing.pause_max_s)}{THIN}s, drawn "
-        "evenly, followed."
+        f"A press within {_number(timing.response_window_s)}{THIN}s of the onset counted as felt, none as "
+        f"not felt; a pause of {_number(timing.pause_min_s)}{_EN_DASH}{_number(timing.pause_max_s)}{THIN}s, "
+        "drawn evenly, followed."
     )
     blocks = max(1, len(start.plan.blocks))
     catch = protocol.catch_trials_per_block
-    each = "with each track" if protocol.method else "of each kind"
+    each = "in each adaptive run" if protocol.method else "of each kind"
     yield (
         f"A session had {blocks} block{'s' * (blocks != 1)} of {protocol.repetitions} stimuli {each} and "
         f"{catch or 'no'} catch trial{'s' * (catch != 1)}, {protocol.order.trials}, after a lead-in of "
@@ -128,7 +129,8 @@ def _place(start: SessionStart) -> Iterator[str]:
         made_up = " It is made up, not measured." if start.calibration.get("made_up") else ""
         method = start.calibration.get("method")
         how = f" ({method})" if isinstance(method, str) and not made_up else ""
-        yield f"The poses of {len(units)} unit{'s' * (len(units) != 1)} came from a calibration{how}.{made_up}"
+        count = f"{len(units)} unit{'s' * (len(units) != 1)}"
+        yield f"The poses of {count} came from a calibration{how}.{made_up}"
 
 
 def _values(protocol: Protocol, field: str, unit: str = "") -> str:

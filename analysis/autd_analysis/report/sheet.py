@@ -7,7 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from autd_analysis.report.figure_options import FigureOptions
-from autd_analysis.report.lettering import TickLabels, all_broken, broken, line_in, tick_labels, width_in
+from autd_analysis.report.lettering import (
+    TickLabels,
+    all_broken,
+    bold_face,
+    broken,
+    line_in,
+    tick_labels,
+    width_in,
+)
 from autd_analysis.style import BAND, INK, NOTE, SIGNAL, Style
 
 if TYPE_CHECKING:
@@ -17,7 +25,7 @@ if TYPE_CHECKING:
 _MARGIN_IN = 0.08
 _GAP_IN = 0.12  # between panels of a group
 _BETWEEN_IN = 0.22  # between groups side by side
-_Y_AXIS_IN = 0.56  # label and numbers beside the first panel of a row
+_Y_AXIS_IN = 0.62  # label and numbers beside the first panel of a row
 _X_AXIS_IN = 0.2  # numbers below a panel whose axis has numbers
 _TICKS_GAP_IN = 0.06
 _TITLE_SIZE, _HEAD_SIZE, _STRIP_SIZE, _NOTE_SIZE, _LEGEND_SIZE, _TABLE_SIZE = 8.0, 9.0, 7.0, 7.0, 8.0, 7.0
@@ -193,7 +201,7 @@ class _Drawing:
         line = line_in(_HEAD_SIZE)
         first = page.height_in - 0.08 - line / 2
         for number, text in enumerate(self._head):
-            page.text(_MARGIN_IN, first - number * line, text, _HEAD_SIZE, fontweight="bold")
+            page.text(_MARGIN_IN, first - number * line, text, _HEAD_SIZE, **bold_face(text))
         if self._sheet.simulated:
             below = self._badge_below
             page.text(
@@ -201,7 +209,7 @@ class _Drawing:
                 first - (len(self._head) + 0.2) * line if below else first,
                 _BADGE,
                 _BADGE_SIZE,
-                fontweight="bold",
+                **bold_face(_BADGE),
                 color=SIGNAL,
                 ha="left" if below else "right",
                 bbox={
@@ -299,18 +307,21 @@ class _FittedTable:
 
 
 def _fitted(table: Table, room_in: float) -> list[_FittedTable]:
-    """Return a table as tables below each other that fit into a width; each repeats the first column."""
+    """Return a table as tables below each other that fit into a width; each repeats the first column.
+
+    Columns under one heading stay together.
+    """
     names_in = min(max(width_in(row[0], _TABLE_SIZE) for row in table), _FIRST_CELL * room_in)
     widths = [
         max(width_in(row[column], _TABLE_SIZE) for row in table) + _CELL_GAP_IN
         for column in range(1, len(table[0]))
     ]
-    starts, used_in = [0], 0.0
-    for column, each in enumerate(widths):
-        if used_in and used_in + each > room_in - names_in - _CELL_GAP_IN:
+    room_in -= names_in + _CELL_GAP_IN
+    begun = [column for column in range(len(widths)) if table[0][column + 1] or not column]
+    starts = [0]
+    for column, following in zip(begun, [*begun[1:], len(widths)], strict=True):
+        if column and sum(widths[starts[-1] : following]) > room_in:
             starts.append(column)
-            used_in = 0.0
-        used_in += each
     return [
         _block_of(table, names_in, widths, range(start, end), room_in)
         for start, end in zip(starts, [*starts[1:], len(widths)], strict=True)
@@ -320,7 +331,7 @@ def _fitted(table: Table, room_in: float) -> list[_FittedTable]:
 def _block_of(
     table: Table, names_in: float, widths: Sequence[float], columns: range, room_in: float
 ) -> _FittedTable:
-    spare_in = room_in - names_in - _CELL_GAP_IN - sum(widths[column] for column in columns)
+    spare_in = room_in - sum(widths[column] for column in columns)
     gap_in = max(0.0, spare_in) / max(1, len(columns))
     left_in, lefts_in = _MARGIN_IN + names_in + _CELL_GAP_IN + gap_in / 2, [_MARGIN_IN]
     for column in columns:
@@ -398,7 +409,7 @@ def _draw_block(page: _Page, block: _Block, top_in: float) -> None:
     y_in = top_in - line_in(_TITLE_SIZE) / 2
     letter_in = width_in(block.letter, _TITLE_SIZE, bold=True) + 0.07
     left_in = block.left_in - _Y_AXIS_IN + 0.02
-    page.text(left_in, y_in, block.letter, _TITLE_SIZE, fontweight="bold")
+    page.text(left_in, y_in, block.letter, _TITLE_SIZE, **bold_face(block.letter))
     page.text(left_in + letter_in, y_in, group.title, _TITLE_SIZE)
     for number, panel in enumerate(group.panels):
         row, column = divmod(number, block.columns)
