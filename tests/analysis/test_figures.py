@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 from autd_analysis.figures import draw_figure
 from autd_analysis.report import fonts
@@ -80,7 +81,7 @@ def tick_labels(axes: Axes) -> list[Bbox]:
 
 def dots(figure: Figure) -> int:
     columns = [each for axes in figure.axes for each in axes.collections if isinstance(each, PathCollection)]
-    return sum(len(each.get_offsets()) for each in columns)
+    return sum(len(np.asarray(each.get_offsets())) for each in columns)
 
 
 def drawn(
@@ -134,7 +135,7 @@ def test_words_stay_inside_and_apart_and_are_never_cut(
 
 
 def test_texts_of_a_figure_do_not_touch(tmp_path: Path) -> None:
-    levels = {"clothing": LONG, "modulation_hz": HZ, "hand": SHORT}
+    levels: dict[str, Sequence[Level]] = {"clothing": LONG, "modulation_hz": HZ, "hand": SHORT}
     study = made_up(tmp_path, levels, compared="clothing", at="modulation_hz")
     for options in WIDTHS:
         boxes = [box for _, box in words(drawn(study, draw_figure, options))]
@@ -145,7 +146,12 @@ def test_texts_of_a_figure_do_not_touch(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("people", [1, 60])
 def test_no_condition_and_nobody_is_lost(tmp_path: Path, people: int) -> None:
-    levels = {"clothing": SHORT, "modulation_hz": HZ, "hand": ("left", "right"), "eyes": ("open", "shut")}
+    levels: dict[str, Sequence[Level]] = {
+        "clothing": SHORT,
+        "modulation_hz": HZ,
+        "hand": ("left", "right"),
+        "eyes": ("open", "shut"),
+    }
     study = made_up(tmp_path, levels, people=people)
     for options in WIDTHS:
         figure = drawn(study, draw_figure, options)
@@ -185,10 +191,10 @@ def test_all_figures_of_a_study_have_the_same_colours(tmp_path: Path) -> None:
     adaptive = with_method(study, STAIRCASE)
     seen = [
         {
-            to_hex(colour)
+            to_hex(tuple(colour))
             for each in figure.axes[panel].collections
             if isinstance(each, PathCollection)
-            for colour in each.get_facecolor()
+            for colour in np.asarray(each.get_facecolor()).tolist()
         }
         for figure, panel in (
             (drawn(study, draw_figure, DEFAULT), 0),

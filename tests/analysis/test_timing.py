@@ -118,7 +118,7 @@ def test_the_figure_shows_every_onset_and_every_response_time(tmp_path: Path) ->
     with figure_style():
         figure = draw_timing(results)
     assert figure is not None
-    lateness, times, medians = figure.axes
+    lateness, times, _ = figure.axes
     steps = np.asarray(lateness.get_lines()[0].get_xdata(), dtype=float)
     assert sorted(set(steps)) == pytest.approx([0.1, 0.2, 0.4, 1.0, 1.1, 30])
     participants = [sorted(set(np.asarray(line.get_xdata()))) for line in times.get_lines()]

@@ -1,7 +1,8 @@
 """What a person may choose of the figures: width, colours, order and names of levels, texts, formats."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from autd_analysis.design import Design, StudyFactor
@@ -128,7 +129,29 @@ def labelled_trials(trials: Trials, options: FigureOptions) -> Trials:
     UsageError
         As of `labelled`.
     """
-    return dataclasses.replace(trials, design=labelled(trials.design, options))
+    command = " ".join(filter(None, (trials.command, shlex.join(_arguments(options)))))
+    return dataclasses.replace(trials, design=labelled(trials.design, options), command=command)
+
+
+def _arguments(options: FigureOptions) -> Iterator[str]:
+    """Yield what a person types for these options."""
+    if options.width_mm != DEFAULT.width_mm:
+        yield from ("--figure-width", f"{options.width_mm:g}")
+    if options.colours:
+        yield from ("--colours", ",".join(options.colours))
+    for factor, levels in options.order.items():
+        yield from ("--order", f"{factor}={','.join(levels)}")
+    for factor, title in options.titles.items():
+        yield from ("--labels", f"{factor}={title}")
+    for factor, labels in options.labels.items():
+        for level, words in labels.items():
+            yield from ("--labels", f"{factor}:{level}={words}")
+    if not options.caption:
+        yield "--no-caption"
+    if not options.test_table:
+        yield "--no-test-table"
+    if options.formats != DEFAULT.formats:
+        yield from ("--format", ",".join(options.formats))
 
 
 def _labelled(factor: StudyFactor, options: FigureOptions) -> StudyFactor:

@@ -17,6 +17,7 @@ _BLOCKS = {
     "shuffled": "in an order shuffled for each participant",
     "fixed": "in the same order for all",
 }
+_TRIALS = {"shuffled": "in shuffled order", "fixed": "in a fixed order"}
 _DIGITS = 4
 
 
@@ -77,7 +78,8 @@ def _timing(start: SessionStart) -> Iterator[str]:
     question = protocol.response.question.strip()
     yield f"Participants were asked: {_OPEN_QUOTE}{question}{_CLOSE_QUOTE}"
     if start.devices:
-        yield f"Answers came from: {start.devices.responder.kind}."
+        kind = start.devices.responder.kind
+        yield "Answers were simulated." if start.simulated else f"They answered by {kind.replace('_', ' ')}."
     yield (
         f"A press within {_number(timing.response_window_s)}{THIN}s of the onset counted as felt, none as "
         f"not felt; a pause of {_number(timing.pause_min_s)}{_EN_DASH}{_number(timing.pause_max_s)}{THIN}s, "
@@ -88,8 +90,8 @@ def _timing(start: SessionStart) -> Iterator[str]:
     each = "in each adaptive run" if protocol.method else "of each kind"
     yield (
         f"A session had {blocks} block{'s' * (blocks != 1)} of {protocol.repetitions} stimuli {each} and "
-        f"{catch or 'no'} catch trial{'s' * (catch != 1)}, {protocol.order.trials}, after a lead-in of "
-        f"{_number(timing.lead_in_s)}{THIN}s."
+        f"{catch or 'no'} catch trial{'s' * (catch != 1)}, {_TRIALS[protocol.order.trials]}, after a "
+        f"lead-in of {_number(timing.lead_in_s)}{THIN}s."
     )
     if protocol.order.max_run_length:
         yield f"No more than {protocol.order.max_run_length} of a kind came in a row."
@@ -97,6 +99,8 @@ def _timing(start: SessionStart) -> Iterator[str]:
         yield (
             f"Blocks came {_BLOCKS[protocol.order.blocks]}, with a break of at least "
             f"{_number(timing.break_s)}{THIN}s between them."
+            if timing.break_s
+            else f"Blocks came {_BLOCKS[protocol.order.blocks]}."
         )
 
 

@@ -1,6 +1,7 @@
 """The report's opening: a sentence a planned comparison, with a direction only where there is one."""
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from autd_analysis.study import Results
 from autd_analysis.summary import plain_words
 
 from autd_trials.protocol.method import QuestPlusMethod, Range
+from autd_trials.protocol.schema import Level
 from tests.analysis.made_up import made_up, with_differences, with_method
 
 QUEST = QuestPlusMethod(kind="quest_plus", varies="drive", range=Range(smallest=0.1, largest=1, levels=21))
@@ -16,7 +18,7 @@ QUEST = QuestPlusMethod(kind="quest_plus", varies="drive", range=Range(smallest=
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    levels = {"clothing": ("inner", "outer"), "modulation_hz": (25, 100)}
+    levels: dict[str, Sequence[Level]] = {"clothing": ("inner", "outer"), "modulation_hz": (25, 100)}
     return made_up(tmp_path_factory.mktemp("made"), levels, compared="clothing", at="modulation_hz")
 
 
@@ -29,7 +31,7 @@ def test_a_clear_difference_has_a_direction(study: Results) -> None:
     (answer,) = answers(with_found(study, 0.2, 0.3, 0.4, 0.5, 0.3, 0.2, 0.4, 0.3))
     assert answer.where == "25\N{NARROW NO-BREAK SPACE}Hz"
     assert answer.sentence == (
-        "felt more often with inner than with outer: difference in rate .33, 95% CI [.24, .41], n = 8, exact "
+        "felt more often with inner than with outer: difference in rate .32, 95% CI [.24, .41], n = 8, exact "
         "sign-flip p = .008 (least possible .008), adjusted p = .008."
     )
     (less,) = answers(with_found(study, *(-0.2, -0.3) * 4))

@@ -247,7 +247,7 @@ def test_tables_are_folded_and_shown_on_paper(chest_report: Report) -> None:
 def test_methods_come_from_the_log(chest_report: Report) -> None:
     words = chest_report.page.words.replace("\N{NARROW NO-BREAK SPACE}", " ")
     for said in (
-        "from 18 emulated AUTD3 devices",
+        "from 9 emulated AUTD3 devices (2241 transducers)",
         "A stimulus was a focus for 1 s",
         "modulated by a sine of 25, 50 or 100 Hz, depth 1",
         "A press within 2.5 s of the onset counted as felt",
