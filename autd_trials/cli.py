@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from autd_trials.errors import TrialsError
+from autd_trials.neutral import printable
 
 _COMMANDS: Final = {
     "run": "run a protocol's session (run-protocol is short for it)",
@@ -56,7 +57,7 @@ def _execute(options: argparse.Namespace) -> int:
     try:
         return int(_module(options.command).execute(options))
     except TrialsError as error:
-        print(f"error: {error}", file=sys.stderr)  # noqa: T201
+        print(printable(f"error: {error}"), file=sys.stderr)  # noqa: T201
         return error.exit_code
     except KeyboardInterrupt:
         return _STOPPED_BY_SIGNAL

@@ -11,26 +11,26 @@ import io
 import itertools
 import math
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from autd_analysis.any_table import TableRequest, read_any_table
-from autd_analysis.comparisons import planned_comparisons
-from autd_analysis.figures import draw_figure
-from autd_analysis.psychometric.results import PsychometricResults, all_psychometric_results
-from autd_analysis.psychometric_figure import draw_psychometric
-from autd_analysis.rates import detection_rates, false_alarm_rates, over_participants
+from autd_analysis.comparisons import COMPARISONS
+from autd_analysis.data.any_table import read_any_table
+from autd_analysis.data.table_request import TableRequest
+from autd_analysis.psychometric import PSYCHOMETRIC
+from autd_analysis.rates import RATES
 from autd_analysis.report.facets import study_facets
 from autd_analysis.report.figure_options import WIDTHS_MM, FigureOptions, labelled
-from autd_analysis.study import Results
-from autd_analysis.style import figure_style
-from autd_analysis.threshold_comparisons import compared_thresholds
-from autd_analysis.threshold_figure import draw_thresholds
-from autd_analysis.thresholds import Threshold
-from autd_analysis.timing_figure import draw_timing
-from autd_analysis.trials import Trials
-from matplotlib.figure import Figure
+from autd_analysis.report.style import figure_style
+from autd_analysis.results import Outcome, Results
+from autd_analysis.study import analyse
+from autd_analysis.subject import Subject
+from autd_analysis.thresholds import THRESHOLDS
+from autd_analysis.thresholds.comparisons import Thresholds, compared_thresholds
+from autd_analysis.thresholds.numbers import Threshold, over_participants
+from autd_analysis.timing import TIMING
 from PIL import Image
 
 from autd_trials.protocol.method import QuestPlusMethod, Range, Staircase
@@ -56,8 +56,6 @@ _NAMES = {
     "arabic": ("الملابس", "الوضعية", "اليد", "سترة صوفية سميكة {}", "بدون {}"),
 }
 
-Draw = Callable[[Results, FigureOptions], Figure | None]
-
 
 def main() -> None:
     """Make them all."""
@@ -70,38 +68,30 @@ def main() -> None:
     for script, width in itertools.product(options.script or _NAMES, _COLUMNS):
         for kind, figures in (("rates", _rates()), ("thresholds", _thresholds()), ("others", _others())):
             pictures = (
-                _picture(_named(results, script), WIDTHS_MM[width], draw) for results, draw in figures
+                _picture(_named(results, script), WIDTHS_MM[width], subject) for results, subject in figures
             )
             file = folder / f"{kind}-{script}-{width}.png"
             _tiled(list(pictures), _COLUMNS[width]).save(file)
             print(file)  # noqa: T201
 
 
-def _rates() -> Iterator[tuple[Results, Draw]]:
+def _rates() -> Iterator[tuple[Results, Subject[Any]]]:
     for levels, people, factors in itertools.product(_LEVELS, _PEOPLE, _FACTORS):
-        yield _study(levels, people, factors), draw_figure
+        results = _study(levels, people, factors)
+        yield results, COMPARISONS if results[COMPARISONS] else RATES
 
 
-def _thresholds() -> Iterator[tuple[Results, Draw]]:
+def _thresholds() -> Iterator[tuple[Results, Subject[Any]]]:
     for method, levels, people in itertools.product(_METHODS, _LEVELS, _PEOPLE):
-        yield _adaptive(_study(levels, people, 1 + people // 20), method), draw_thresholds
+        yield _adaptive(_study(levels, people, 1 + people // 20), method), THRESHOLDS
 
 
-def _others() -> Iterator[tuple[Results, Draw]]:
+def _others() -> Iterator[tuple[Results, Subject[Any]]]:
     for levels, factors in ((2, 1), (12, 2), (2, 4)):
         results = _study(levels, 6, factors, hertz=5)
-        for found in _functions(results)[:1]:
-            yield results, functools.partial(_draw_functions, found)
-        yield results, draw_timing
-
-
-@functools.cache
-def _functions(results: Results) -> tuple[PsychometricResults, ...]:
-    return all_psychometric_results(results.trials)
-
-
-def _draw_functions(found: PsychometricResults, results: Results, options: FigureOptions) -> Figure:
-    return draw_psychometric(results, found, options)
+        if results[PSYCHOMETRIC]:
+            yield results, PSYCHOMETRIC
+        yield results, TIMING
 
 
 @functools.cache
@@ -142,7 +132,8 @@ def _study(levels: int, people: int, factors: int, hertz: int = 2) -> Results:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "table.csv"
         path.write_text("\n".join(rows) + "\n", encoding="utf-8")
-        return _results(read_any_table(path, TableRequest(columns, its_levels, tuple(comparisons))))
+        trials = read_any_table(path, TableRequest(columns, its_levels, tuple(comparisons)))
+    return analyse(trials, only=["rates", "comparisons", "timing", *(["psychometric"] if hertz > 2 else [])])
 
 
 def _named(results: Results, script: str) -> Results:
@@ -162,63 +153,27 @@ def _named(results: Results, script: str) -> Results:
     return dataclasses.replace(results, trials=dataclasses.replace(results.trials, design=named))
 
 
-def _results(trials: Trials) -> Results:
-    rates, catch = detection_rates(trials), false_alarm_rates(trials)
-    return Results(
-        trials=trials,
-        participant_rates=rates,
-        rates=over_participants(rates),
-        participant_false_alarms=catch,
-        false_alarms=over_participants(catch) if catch else None,
-        comparisons=planned_comparisons(rates, trials.design),
-        detectability=None,
-        interactions=(),
-        trends=(),
-        order_effects=(),
-        cell_models=(),
-        other_estimates=(),
-        condition_logits=(),
-        psychometric=(),
-        pooled=None,
-        thresholds=(),
-        threshold_comparisons=(),
-    )
-
-
 def _adaptive(results: Results, method: Staircase | QuestPlusMethod) -> Results:
     """Return a study with made-up thresholds instead of rates; some lie beyond the levels."""
-    rng = np.random.default_rng(len(results.participant_rates))
+    rng = np.random.default_rng(1)
     design = dataclasses.replace(results.trials.design, method=method)
     found = []
-    for rate in results.participant_rates:
+    for rate in results[RATES].participants:
         level = 0.4 * 10 ** rng.normal(0, 0.2)
         beyond = int(level > 1) - int(level < 0.1)
-        found.append(
-            Threshold(
-                rate.participant,
-                rate.condition,
-                threshold=None if beyond else level,
-                rate=0.5,
-                spread_db=1.0,
-                trials=40,
-                beyond=beyond,
-                note=None,
-            )
-        )
-    return dataclasses.replace(
-        results,
-        trials=dataclasses.replace(results.trials, design=design),
-        comparisons=(),
-        thresholds=tuple(found),
-        threshold_comparisons=compared_thresholds(found, design),
+        threshold = None if beyond else level
+        found.append(Threshold(rate.participant, rate.condition, threshold, 0.5, 1.0, 40, beyond, None))
+    thresholds = Thresholds(
+        method, tuple(found), over_participants(found), compared_thresholds(found, design)
     )
+    trials = dataclasses.replace(results.trials, design=design)
+    return Results(trials, (Outcome(THRESHOLDS, thresholds),))
 
 
-def _picture(results: Results, width_mm: float, draw: Draw) -> Image.Image:
-    options = FigureOptions(width_mm=width_mm)
+def _picture(results: Results, width_mm: float, subject: Subject[Any]) -> Image.Image:
+    options = FigureOptions(width=width_mm)
     with figure_style(study_facets(results.trials.design, options).text):
-        figure = draw(results, options)
-        assert figure is not None
+        figure = next(iter(subject.figures(results[subject], results))).draw(options)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="png", dpi=_DPI)
     return Image.open(buffer).convert("RGB")

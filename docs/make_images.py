@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from autd_analysis.output import write_results
-from autd_analysis.study import Results, analyse
+from autd_analysis.rates import RATES
+from autd_analysis.report.writing import write_results
+from autd_analysis.results import Results
+from autd_analysis.study import analyse
 from matplotlib.figure import Figure
 from rich.console import Console
 
@@ -123,7 +125,7 @@ def _draw_detection_against_pose_error(folder: Path) -> None:
         rig = _write_rig(folder / f"rig{error_mm}", error_mm)
         data = str(folder / f"data{error_mm}")
         autd_trials(["run", "chest", "--simulate", str(_PARTICIPANTS), "--rig", str(rig), "--data", data])
-        results[error_mm] = analyse(Path(data, "chest"))
+        results[error_mm] = analyse(Path(data, "chest"), only=["rates"])
     figure = Figure(figsize=(9, 4.6), layout="constrained")
     axes = figure.subplots()
     for clothing, colour in _COLOURS.items():
@@ -144,7 +146,7 @@ def _draw_detection_against_pose_error(folder: Path) -> None:
 
 def _rate(results: Results, modulation_hz: float, clothing: str) -> float:
     conditions = {"modulation_hz": modulation_hz, "clothing": clothing}
-    chosen = [rate for rate in results.rates if dict(rate.condition) == conditions]
+    chosen = [rate for rate in results[RATES].conditions if dict(rate.condition) == conditions]
     return float(chosen[0].mean or 0.0)
 
 

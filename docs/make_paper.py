@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 from autd_analysis.models.planned import mixed_model_test
-from autd_analysis.pooled import chi_squared_p
 from autd_analysis.power.fast import paired_t_p, sign_flip_p
 from autd_analysis.power.model import Counts, PlannedContrast, StudyModel, study_model
+from autd_analysis.sensitivity.pooled import chi_squared_p
 from joblib import Parallel, delayed
 from marks import fill
 from numpy.typing import NDArray

@@ -12,18 +12,18 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
-from autd_analysis.comparisons import ComparisonResult, planned_comparisons
-from autd_analysis.exact import wilcoxon_test
-from autd_analysis.interaction import interactions, trends
-from autd_analysis.intervals import Interval, wilson_interval
+from autd_analysis.basics.exact import wilcoxon_test
+from autd_analysis.basics.intervals import Interval, wilson_interval
+from autd_analysis.comparisons.numbers import ComparisonResult, planned_comparisons
+from autd_analysis.data.trial_table import TrialRow
+from autd_analysis.data.trials import Trials, data_frame
+from autd_analysis.interactions.numbers import interactions, trends
 from autd_analysis.models.cell_model import cell_models
-from autd_analysis.models.other_models import other_estimates
 from autd_analysis.models.planned import mixed_model_test
-from autd_analysis.order_effects import order_effects
+from autd_analysis.order.numbers import order_effects
 from autd_analysis.power.model import Counts, PlannedContrast, StudyModel, study_model
 from autd_analysis.power.run import Question, power_analysis
-from autd_analysis.trial_table import TrialRow
-from autd_analysis.trials import Trials, data_frame
+from autd_analysis.sensitivity.numbers import other_estimates
 from joblib import Parallel, delayed
 from marks import fill
 

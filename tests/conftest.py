@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import signal
 import sys
 import tty
 from collections.abc import Iterator
@@ -9,6 +10,11 @@ from pathlib import Path
 
 import hypothesis
 import pytest
+
+# Workers of pytest-xdist share the cores already; threads of BLAS beside them only wait for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# A shell that starts `make test` in the background ignores SIGINT, and so would all that tests start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 hypothesis.settings.register_profile("fixed", derandomize=True, deadline=None)
 hypothesis.settings.register_profile("random", derandomize=False, deadline=None, print_blob=True)

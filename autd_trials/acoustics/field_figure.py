@@ -133,6 +133,7 @@ def save_figure(figure: "Figure", stem: Path) -> list[Path]:
     paths = [stem.with_name(f"{stem.name}.{suffix}") for suffix in ("png", "svg")]
     with mpl.rc_context({"svg.hashsalt": "autd_trials"}):
         figure.savefig(paths[0], dpi=_DOTS_PER_INCH)
+        figure.set_layout_engine("none")  # keeps the places that were found, which takes half of the time
         figure.savefig(paths[1], metadata={"Date": None})
     return paths
 

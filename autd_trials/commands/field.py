@@ -16,6 +16,7 @@ from autd_trials.errors import UsageError
 if TYPE_CHECKING:
     from autd_trials.acoustics.air import Air
     from autd_trials.acoustics.focus_metrics import FocusMetrics
+    from autd_trials.acoustics.scan import Scan
     from autd_trials.acoustics.sources import Sources
     from autd_trials.array.geometry import UnitPose
     from autd_trials.rig.load import LoadedRig
@@ -74,8 +75,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Compute the field and write pictures and metrics."""
+    from autd_trials.acoustics.scan import read_scan
+
+    if options.error_budget is not None and options.error_budget < 1:
+        raise UsageError(f"--error-budget is {options.error_budget}", do="give at least 1 draw")
     bench = _FieldBench.load(options)
     foci = _named_foci(options.focus)
+    measured = None if options.measured is None else read_scan(options.measured)
     try:
         options.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -85,21 +91,23 @@ def execute(options: argparse.Namespace) -> int:
             do="name a folder, not a file",
         ) from error
     with writing(options.out, "free space or name another folder with --out, and compute again"):
-        report = _compute(bench, foci, options)
+        report = _compute(bench, foci, measured, options)
         text = json.dumps(report, indent=1, allow_nan=False) + "\n"
         (options.out / "field.json").write_text(text, encoding="utf-8")
     return _print(report, options)
 
 
-def _compute(bench: "_FieldBench", foci: dict[str, Triple], options: argparse.Namespace) -> dict[str, Any]:
+def _compute(
+    bench: "_FieldBench", foci: dict[str, Triple], measured: "Scan | None", options: argparse.Namespace
+) -> dict[str, Any]:
     """Draw what was asked for, and return what there is to say of it."""
     report = bench.describe()
     report["foci"] = bench.draw_foci(foci, options)
     first = foci.get("B") or next(iter(foci.values()))
     if options.error_budget is not None:
         report["error_budget"] = bench.draw_budget(first, options)
-    if options.measured is not None:
-        report["measured"] = bench.draw_scan(first, options)
+    if measured is not None:
+        report["measured"] = bench.draw_scan(measured, first, options)
     if options.scan is not None:
         report["scan"] = bench.write_scan(first, options)
     return report
@@ -199,8 +207,6 @@ class _FieldBench:
         from autd_trials.calibration.budget_figure import draw_error_budget
         from autd_trials.calibration.pose_error import error_budget
 
-        if options.error_budget < 1:
-            raise UsageError(f"--error-budget is {options.error_budget}", do="give at least 1 draw")
         generator = np.random.default_rng(options.seed)
         with progress_bar("error budget") as progress:
             costs = error_budget(
@@ -216,15 +222,14 @@ class _FieldBench:
         draw_error_budget(costs, title, options.out / "error_budget")
         return [asdict(cost) for cost in costs]
 
-    def draw_scan(self, focus_mm: Triple, options: argparse.Namespace) -> dict[str, Any]:
+    def draw_scan(self, scan: "Scan", focus_mm: Triple, options: argparse.Namespace) -> dict[str, Any]:
         import numpy as np
 
         from autd_trials.acoustics.field import pressure
         from autd_trials.acoustics.field_figure import draw_scan
-        from autd_trials.acoustics.scan import compare_scan, read_scan
+        from autd_trials.acoustics.scan import compare_scan
         from autd_trials.acoustics.sources import Medium
 
-        scan = read_scan(options.measured)
         sources, medium = self.sources(focus_mm), Medium.of(self.air)
         found = compare_scan(scan, sources, medium)
         predicted_pa = np.abs(pressure(sources, medium, scan.points_mm)) / 2**0.5

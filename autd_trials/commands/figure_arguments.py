@@ -43,26 +43,20 @@ def add_figure_arguments(parser: argparse.ArgumentParser) -> None:
 
 def figure_options(options: argparse.Namespace) -> "FigureOptions":
     """Return what the options say of figures; raises UsageError where they cannot be understood."""
-    from autd_analysis.report.figure_options import DEFAULT, FigureOptions, width_mm_of
+    from autd_analysis.data.table_request import parse_levels
+    from autd_analysis.report.figure_options import DEFAULT, FigureOptions
 
     titles, labels = _names(options.labels)
     return FigureOptions(
-        width_mm=width_mm_of(options.figure_width) if options.figure_width else DEFAULT.width_mm,
+        width=options.figure_width or DEFAULT.width,
         colours=tuple(_words(options.colours, "--colours")) if options.colours else (),
-        order=dict(_order(each) for each in options.order),
+        order=parse_levels(options.order, "--order"),
         titles=titles,
         labels=labels,
         caption=not options.no_caption,
         test_table=not options.no_test_table,
         formats=tuple(_words(options.format, "--format")) if options.format else DEFAULT.formats,
     )
-
-
-def _order(text: str) -> tuple[str, list[str]]:
-    factor, separator, levels = text.partition("=")
-    if not separator or not factor.strip():
-        raise UsageError(f"--order has {text!r}", do="write FACTOR=LEVEL,LEVEL, as in clothing=none,coat")
-    return factor.strip(), _words(levels, "--order")
 
 
 def _names(given: list[str]) -> tuple[dict[str, str], dict[str, dict[str, str]]]:

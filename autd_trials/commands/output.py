@@ -7,22 +7,24 @@ import sys
 from typing import Any
 
 from autd_trials.errors import UsageError
+from autd_trials.neutral import UNPRINTABLE, printable
 
 
 def print_json(result: object) -> None:
     """Print a command's result as one JSON object."""
-    _write(json.dumps(result, ensure_ascii=False, allow_nan=False) + "\n")
+    text = json.dumps(result, ensure_ascii=False, allow_nan=False)
+    _write(UNPRINTABLE.sub(lambda found: f"\\u{ord(found[0]):04x}", text) + "\n")
 
 
 def print_text(text: str) -> None:
     """Print a command's result as text."""
-    _write(text if text.endswith("\n") else text + "\n")
+    _write(printable(text if text.endswith("\n") else text + "\n"))
 
 
 def say(message: Any) -> None:
     """Tell the person something; a full disk behind standard error stops nothing."""
     with contextlib.suppress(OSError):
-        sys.stderr.write(f"{message}\n")
+        sys.stderr.write(printable(f"{message}\n"))
 
 
 def _write(text: str) -> None:

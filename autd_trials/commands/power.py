@@ -106,7 +106,7 @@ def _refuse_nonsense(options: argparse.Namespace) -> None:
 
 
 def _model(options: argparse.Namespace) -> "StudyModel":
-    from autd_analysis.design import protocol_design
+    from autd_analysis.data.design import protocol_design
     from autd_analysis.power.model import read_rates, study_model
 
     from autd_trials.protocol.load import find_protocol, load_protocol_with_sha256

@@ -7,9 +7,9 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from autd_trials.errors import DeviceError, UsageError
-from autd_trials.host import FileHeldError, HeldFile
+from autd_trials.host import FileHeldError, HeldFile, NoLocksError
 from autd_trials.records.layout import log_paths, source_folder
-from autd_trials.records.log import has_begun, is_being_written, read_log
+from autd_trials.records.log import has_begun, is_being_written, no_locks, read_log
 from autd_trials.records.sessions import StudySession, goes_on, read_session
 from autd_trials.session.preflight import Used
 from autd_trials.session.standing import Charge, standing
@@ -67,7 +67,7 @@ def participant_lock(study: Path, participant: str) -> Iterator[None]:
     Raises
     ------
     UsageError
-        Another run has a session with them.
+        Another run has a session with them, or the file system cannot lock files.
     DeviceError
         The disk refuses.
     """
@@ -75,6 +75,8 @@ def participant_lock(study: Path, participant: str) -> Iterator[None]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         held = HeldFile(path)
+    except NoLocksError as error:
+        raise no_locks(path, error) from error
     except FileHeldError as error:
         raise UsageError(
             f"another run (process {error.pid}) has a session with participant {participant}",

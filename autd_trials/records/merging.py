@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from difflib import SequenceMatcher
 from typing import Any
 
-from autd_trials.tables import MISSING
+from autd_trials.tables import MISSING, shielded
 
 
 def merge_lines(base: str, theirs: str, ours: str) -> str:
@@ -82,7 +82,7 @@ def merge_table(base: str, theirs: str, ours: str) -> str:
         elif row[key] not in {old[key] for old in made.rows} or set(own.values()) - {MISSING, ""}:
             rows[row[key]] = row
     lines = [header, *([row.get(name, "") or MISSING for name in header] for row in rows.values())]
-    return "".join("\t".join(line) + "\n" for line in lines)
+    return "".join("\t".join(map(shielded, line)) + "\n" for line in lines)
 
 
 class _Table:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from autd_trials.neutral import markdown
 from autd_trials.protocol.schema import Protocol
 from autd_trials.records.dataset import by_time, simulated
 from autd_trials.records.problem import Problem, in_short, unexplained
@@ -69,7 +70,7 @@ def readme_text(
             f"Ethics: {newest.study.ethics_approval}\n\nLicence: {newest.study.license}",
         ),
     ]
-    return "\n\n".join(parts) + "\n"
+    return markdown("\n\n".join(parts) + "\n")
 
 
 def _first_line(sessions: Sequence[StudySession]) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
-from autd_trials.tables.spelling import Value, cell_text
+from autd_trials.tables.spelling import Value, cell_text, shielded
 
 Row = TypeVar("Row", contravariant=True)
 Of = TypeVar("Of")
@@ -37,9 +37,9 @@ class Column(Generic[Row]):
 
 
 def tsv(columns: Sequence[Column[Of]], rows: Iterable[Of]) -> str:
-    """Return a table as tab-separated text, its first line the columns' names."""
-    lines = [[column.name for column in columns]]
-    lines += [[_quoted(cell_text(column.get(row))) for column in columns] for row in rows]
+    """Return a table as tab-separated text, its first line the columns' names; nothing in it is a formula."""
+    lines = [[shielded(column.name) for column in columns]]
+    lines += [[_quoted(shielded(cell_text(column.get(row)))) for column in columns] for row in rows]
     return "".join("\t".join(line) + "\n" for line in lines)
 
 

@@ -1,10 +1,10 @@
 """Reading delimited text strictly: what is not understood is refused with its place, and work is bounded.
 
 Read are UTF-8, with or without a byte order mark, and UTF-16 with one; cells separated by commas, tabs or
-semicolons, quoted or not; decimal points, and decimal commas where they can be nothing else.
+semicolons, quoted or not; decimal points, and decimal commas where they can be nothing else. Of tables that
+others wrote more is forgiven, which is declared in `read_table` and remarked in the table.
 """
 
-import codecs
 import csv
 import io
 import math
@@ -17,28 +17,34 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from autd_trials.errors import UsageError
-from autd_trials.tables.spelling import MISSING_WORDS, level_text, number
+from autd_trials.tables.content import read_content
+from autd_trials.tables.decimals import MAYBE_THOUSANDS, foreign_numbers, is_numeric, pointed
+from autd_trials.tables.foreign import (
+    fitted,
+    is_header_again,
+    listed_lines,
+    named_columns,
+    opening,
+    without_outer_quotes,
+)
+from autd_trials.tables.spelling import level_text, number, without_shield
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-LARGEST_BYTES = 32 * 2**20
 MOST_CELLS = 2_000_000
 LARGEST_NUMBER = 1e12
 """What a column's numbers keep to if it does not declare its bounds: sums and squares stay finite."""
 
 _SEPARATORS = {",": "commas", "\t": "tabs", ";": "semicolons"}
-_CONTROL = bytes([*range(0x09), 0x0B, 0x0C, *range(0x0E, 0x20), 0x7F])
-_STRANGE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ufffe\uffff]")
+_FOREIGN_SEPARATORS = {"|": "bars", " ": "spaces"}
 _STATED = re.compile(rb'"?sep=([\x20-\x7e\t])"?(?=[\r\n])')
 _FIRST_LINE = re.compile(rb'\s*(?:"[^"]*"|[^"\r\n])*')
 _QUOTED = re.compile(rb'"[^"]*"?')
 _LONGEST_HEADER = 131_072
 _LONGEST_SHOWN = 40  # characters of a cell in a message
 _MOST_LISTED = 40  # columns in a message
-_DECIMAL_COMMA = re.compile(r"[+-]?[0-9]*,[0-9]+([eE][+-]?[0-9]+)?")
-_MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")
 _MUST_RISE = ", but must rise"
 _PLAIN_NUMBERS = "write numbers with a decimal point and without separators of thousands"
 
@@ -87,6 +93,10 @@ class Table:
         The number of the line in which each row begins, from 1.
     header_line
         The same of the names.
+    foreign
+        Whether others wrote it, and more was forgiven.
+    remarks
+        What was forgiven and might matter.
     """
 
     path: Path
@@ -95,6 +105,8 @@ class Table:
     rows: Sequence[Sequence[str]]
     lines: Sequence[int]
     header_line: int = 1
+    foreign: bool = False
+    remarks: tuple[str, ...] = ()
 
     @property
     def where_header(self) -> str:
@@ -118,25 +130,33 @@ class Table:
     def column(self, name: str) -> list[str]:
         """Return the cells of a column as they are written, but for spaces around them."""
         place = self.header.index(name)
-        return [row[place].strip() for row in self.rows]
+        return [without_shield(row[place].strip()) for row in self.rows]
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
         """Yield every row's place and its cells by column, without spaces around them."""
         for row, cells in enumerate(self.rows):
-            yield self.where(row), {name: cell.strip() for name, cell in zip(self.header, cells, strict=True)}
+            texts = (without_shield(cell.strip()) for cell in cells)
+            yield self.where(row), dict(zip(self.header, texts, strict=True))
 
     def with_decimal_points(self) -> "Table":
         """Return the table with the decimal commas of its numeric columns as points.
 
         A column is numeric if all its cells are numbers or missing. Commas are left alone where they may be
-        something else.
+        something else. What others wrote is judged column by column, as `foreign_numbers` says.
         """
         columns = [self.column(name) for name in self.header]
-        numeric = [index for index, texts in enumerate(columns) if all(map(_is_numeric, texts))]
+        if self.foreign:
+            written, doubtful = foreign_numbers(columns, self.separator)
+            remarks = (
+                f"commas in {self.header[place]} are read as decimal ones, {text} as {text.replace(',', '.')}"
+                for place, text in doubtful
+            )
+            return replace(self, rows=list(zip(*written, strict=True)), remarks=(*self.remarks, *remarks))
+        numeric = [index for index, texts in enumerate(columns) if all(map(is_numeric, texts))]
         if not self._has_decimal_commas(chain(*(columns[index] for index in numeric))):
             return self
         for index in numeric:
-            columns[index] = _pointed(columns[index])
+            columns[index] = pointed(columns[index])
         return replace(self, rows=list(zip(*columns, strict=True)))
 
     def quantities(self, columns: Sequence[Quantity], advice: str = "") -> "NDArray[np.float64]":
@@ -160,7 +180,7 @@ class Table:
         places = [self.header.index(column.name) for column in columns]
         texts: list[Sequence[str]] = [[row[place] for row in self.rows] for place in places]
         if self._has_decimal_commas(chain(*texts)):
-            texts = [_pointed(each) for each in texts]
+            texts = [pointed(each) for each in texts]
         values = np.empty((len(self.rows), len(columns)))
         refused: list[tuple[int, int, str]] = []
         for place, (column, its_texts) in enumerate(zip(columns, texts, strict=True)):
@@ -182,7 +202,7 @@ class Table:
         if not commas or any("." in text for text in spelled):
             return False
         # Who separates by semicolons does so because the comma is in use. With tabs 1,234 may be over 1000.
-        return self.separator == ";" or not all(map(_MAYBE_THOUSANDS.fullmatch, commas))
+        return self.separator == ";" or not all(map(MAYBE_THOUSANDS.fullmatch, commas))
 
 
 def read_quantities(
@@ -192,7 +212,15 @@ def read_quantities(
     return read_table(path, what, unfinished=unfinished).quantities(columns, advice)
 
 
-def read_table(path: Path, what: str, *, separator: str | None = None, unfinished: bool = False) -> Table:
+def read_table(
+    path: Path,
+    what: str,
+    *,
+    separator: str | None = None,
+    unfinished: bool = False,
+    foreign: bool = False,
+    encoding: str | None = None,
+) -> Table:
     """Read a table whose first line names its columns; rows without any text are left out.
 
     Parameters
@@ -206,6 +234,14 @@ def read_table(path: Path, what: str, *, separator: str | None = None, unfinishe
         the names of the columns.
     unfinished
         Whether the file may have been cut off while it was written: a last line without its end is left out.
+    foreign
+        Whether others wrote the table, who cannot be asked for better. Then these are forgiven, and what
+        might matter is among the table's remarks: gzip; Windows-1252 (Latin-1) and UTF-16 without a mark;
+        lines of one cell before the names; the names once more further down, where files were joined; columns
+        without a name; empty cells behind the last column; lines in quotes as a whole; bars or single spaces
+        between cells; separators that only the rows tell apart.
+    encoding
+        The encoding, where it is known.
 
     Raises
     ------
@@ -214,66 +250,42 @@ def read_table(path: Path, what: str, *, separator: str | None = None, unfinishe
         name is missing or there twice, a row is longer or shorter than the first line, or a cell has over
         131,072 characters.
     """
-    content = _content(path, what)
+    found = read_content(path, what, foreign=foreign, encoding=encoding)
+    content = found.text
     if unfinished:
         content = content[: content.rfind(b"\n") + 1]
-    _refuse_no_text(content, path, what)
     stated = _STATED.match(content)
-    separator = separator or (stated[1].decode() if stated else _detected(content, path))
+    separator = separator or (stated[1].decode() if stated else None)
+    start = None
+    separators = _SEPARATORS | _FOREIGN_SEPARATORS if foreign else _SEPARATORS
+    if foreign and not stated and (inner := without_outer_quotes(content)) is not None:
+        content = inner
+    if foreign and separator in (None, *separators):
+        table = content[stated.end() :] if stated else content
+        start = opening(table, [separator] if separator else [*_SEPARATORS])
+        if start is None and separator is None and not _signs(content):
+            start = opening(table, [*_FOREIGN_SEPARATORS])
+    if start is not None:
+        separator = start.separator
+    separator = separator or _detected(content, path)
     if content.count(separator.encode()) + content.count(b"\n") + content.count(b"\r") > MOST_CELLS:
         raise UsageError(f"the {what} has over {MOST_CELLS:,} cells", where=str(path), do="give a part of it")
-    if separator not in _SEPARATORS:
+    if separator not in separators:
         raise UsageError(
             f"the cells are separated by {separator!r}",
             where=f"{path}:1",
             do=f"separate them by {', '.join(_SEPARATORS.values())}",
         )
-    return _parsed(content, path, what, separator, first_line=2 if stated else 1)
-
-
-def _content(path: Path, what: str) -> bytes:
-    """Return a file's text in UTF-8 without a byte order mark."""
-    try:
-        if path.exists() and not path.is_file():
-            raise UsageError(f"the {what} cannot be read: this is not a file", where=str(path))
-        with path.open("rb") as file:
-            content = file.read(LARGEST_BYTES + 1)
-    except OSError as error:
-        raise UsageError(f"the {what} cannot be read: {error.strerror or error}", where=str(path)) from error
-    if len(content) > LARGEST_BYTES:
-        raise UsageError(
-            f"the {what} is larger than {LARGEST_BYTES // 2**20} MB", where=str(path), do="give a part of it"
-        )
-    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        try:
-            return content.decode("utf-16").encode()
-        except UnicodeError as error:
-            raise _no_text(path, what, "it begins as UTF-16 and does not go on so") from error
-    return content.removeprefix(codecs.BOM_UTF8)
-
-
-def _refuse_no_text(content: bytes, path: Path, what: str) -> None:
-    try:
-        text = content.decode()
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise _no_text(path, what, "it is not text in UTF-8", line) from error
-    suspect = len(content.translate(None, _CONTROL)) < len(content) or not content.isascii()
-    if suspect and (found := _STRANGE.search(text)):
-        line = text.count("\n", 0, found.start()) + 1
-        raise _no_text(path, what, f"it has the control character {found[0]!r}", line)
-
-
-def _no_text(path: Path, what: str, why: str, line: int | None = None) -> UsageError:
-    where = f"{path}:{line}" if line else str(path)
-    return UsageError(f"the {what} cannot be read: {why}", where=where, do="save it again as CSV in UTF-8")
+    before = start.before if start is not None else 0
+    parsed = _parsed(
+        content, path, what, separator, first_line=2 if stated else 1, before=before, foreign=foreign
+    )
+    return replace(parsed, remarks=(*found.remarks, *parsed.remarks))
 
 
 def _detected(content: bytes, path: Path) -> str:
     """Return what separates the names in the first line; of a single name, what the file's name says."""
-    first = _FIRST_LINE.match(content[:_LONGEST_HEADER])
-    names = _QUOTED.sub(b"", first[0] if first else b"")
-    found = [sign for sign in _SEPARATORS if sign.encode() in names]
+    found = _signs(content)
     if len(found) > 1:
         raise UsageError(
             f"the first line has {' and '.join(_SEPARATORS[sign] for sign in found)}, so what separates the "
@@ -284,27 +296,42 @@ def _detected(content: bytes, path: Path) -> str:
     return found[0] if found else "\t" if path.suffix.lower() == ".tsv" else ","
 
 
-def _parsed(content: bytes, path: Path, what: str, separator: str, *, first_line: int) -> Table:
+def _signs(content: bytes) -> list[str]:
+    """Return what may separate the names in the first line."""
+    first = _FIRST_LINE.match(content[:_LONGEST_HEADER])
+    names = _QUOTED.sub(b"", first[0] if first else b"")
+    return [sign for sign in _SEPARATORS if sign.encode() in names]
+
+
+def _parsed(
+    content: bytes, path: Path, what: str, separator: str, *, first_line: int, before: int, foreign: bool
+) -> Table:
     lines = io.TextIOWrapper(io.BytesIO(content), encoding="utf-8", newline="")
     reader = csv.reader(lines, delimiter=separator, strict=True)
     header: tuple[str, ...] = ()
     header_line = 1
     rows: list[list[str]] = []
     starts: list[int] = []
+    skipped: list[str] = []  # what stands before the names
+    again: list[int] = []  # lines that name the columns once more
     end = 0  # the last line of the row before
     try:
         for cells in reader:
             start, end = end + 1, reader.line_num
             if not any(cells) or start < first_line or not any(map(str.strip, cells)):
                 continue
-            if not header:
+            if len(skipped) < before:
+                skipped.append(" ".join(map(str.strip, cells)).strip())
+            elif not header:
                 header, header_line = tuple(name.strip() for name in cells), start
-                _check_header(header, f"{path}:{start}")
-            elif len(cells) == len(header):
-                rows.append(cells)
-                starts.append(start)
-            else:
+                _check_header(header, f"{path}:{start}", foreign=foreign)
+            elif len(row := fitted(cells, header) if foreign else cells) != len(header):
                 raise _wrong_length(cells, header, separator, f"{path}:{start}")
+            elif foreign and is_header_again(row, header, f"{path}:{start}"):
+                again.append(start)
+            else:
+                rows.append(row)
+                starts.append(start)
     except csv.Error as error:
         raise UsageError(
             f"the {what} cannot be read: {error}",
@@ -315,16 +342,30 @@ def _parsed(content: bytes, path: Path, what: str, separator: str, *, first_line
         raise UsageError(
             f"the {what} is empty", where=f"{path}:1", do="give a table whose first line names its columns"
         )
-    return Table(path, separator, header, rows, starts, header_line)
+    names = named_columns(header, rows)
+    if len(names) < len(header):
+        rows = [[cells[place] for place in names] for cells in rows]
+    remarks = tuple(_forgiven(skipped, again)) if foreign else ()
+    return Table(path, separator, tuple(names.values()), rows, starts, header_line, foreign, remarks)
 
 
-def _check_header(header: Sequence[str], where: str) -> None:
-    if not all(header):
+def _forgiven(skipped: Sequence[str], again: Sequence[int]) -> Iterator[str]:
+    if skipped:
+        yield f"{len(skipped)} line(s) before the names of the columns skipped: {_listed(skipped)}"
+    if again:
+        yield (
+            f"{len(again)} line(s) that name the columns once more skipped: {listed_lines(again)}; "
+            "it seems that files were joined"
+        )
+
+
+def _check_header(header: Sequence[str], where: str, *, foreign: bool) -> None:
+    if not foreign and not all(header):
         number_ = header.index("") + 1
         raise UsageError(
             f"column {number_} of {len(header)} has no name", where=where, do="name it or take it out"
         )
-    twice = [name for name, count in Counter(header).items() if count > 1]
+    twice = [name for name, count in Counter(header).items() if name and count > 1]
     if twice:
         raise UsageError(
             f"these columns are there more than once: {_listed(twice)}",
@@ -398,14 +439,6 @@ def _mend(what: str, text: str, advice: str) -> str:
     if what.endswith(_MUST_RISE):
         return "put the lines in order; if a clock was set back meanwhile, record again"
     return f"correct or remove this line: {advice}" if advice else "correct or remove this line"
-
-
-def _is_numeric(text: str) -> bool:
-    return text.lower() in MISSING_WORDS or number(text) is not None or bool(_DECIMAL_COMMA.fullmatch(text))
-
-
-def _pointed(texts: Sequence[str]) -> list[str]:
-    return [text.replace(",", ".") if _DECIMAL_COMMA.fullmatch(text.strip()) else text for text in texts]
 
 
 def _listed(names: Sequence[str]) -> str:

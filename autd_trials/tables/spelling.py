@@ -5,6 +5,8 @@ import re
 from collections.abc import Mapping
 from decimal import Decimal
 
+from autd_trials.neutral import printable
+
 Value = str | float | bool | None
 """What a cell may hold; None is missing."""
 
@@ -12,7 +14,14 @@ MISSING = "n/a"
 MISSING_WORDS = frozenset({"", "n/a", "na", "nan"})
 """What a cell without a value may say, in small letters."""
 
-_UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
+FOREIGN_MISSING_WORDS = MISSING_WORDS | {
+    *("none", "null", "missing", "<na>", ".", "-", "--"),
+    *("#n/a", "#na", "#nv", "#n/d"),
+}
+"""What other programs and spreadsheets write in a cell of numbers or answers that has none."""
+
+_SHIELDED = re.compile(r"'*[=+\-@\uff1d\uff0b\uff0d\uff20]")  # also of full width
+"""How a cell begins that a spreadsheet computes, or that was kept from being computed."""
 
 
 def cell_text(value: Value) -> str:
@@ -33,8 +42,24 @@ def cell_text(value: Value) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, str):
-        return _UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", " ".join(value.split())) or MISSING
+        return printable(" ".join(value.split())) or MISSING
     return level_text(value)
+
+
+def shielded(text: str) -> str:
+    """Return a cell's text so that a spreadsheet does not compute it: an apostrophe before a formula.
+
+    Numbers stay numbers.
+
+    >>> shielded("=1+1"), shielded("-5"), shielded("n/a"), shielded("a=b")
+    ("'=1+1", '-5', 'n/a', 'a=b')
+    """
+    return f"'{text}" if _SHIELDED.match(text) and number(text) is None else text
+
+
+def without_shield(text: str) -> str:
+    """Return what `shielded` was given."""
+    return text[1:] if text.startswith("'") and _SHIELDED.match(text) else text
 
 
 def level_text(level: float | str) -> str:

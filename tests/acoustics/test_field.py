@@ -132,7 +132,7 @@ def test_progress_is_told_up_to_the_end_and_memory_is_asked_for_in_parts() -> No
     assert told == sorted(told)
     assert told[-1] == 1.0
     told.clear()
-    grid_pressure(sources, MEDIUM, box_grid(B_MM, np.eye(3), width_mm=80, step_mm=0.4), told.append)
+    grid_pressure(sources, MEDIUM, box_grid(B_MM, np.eye(3), width_mm=40, step_mm=0.4), told.append)
     assert len(told) > 1
     assert told[-1] == 1.0
 

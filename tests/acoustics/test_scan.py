@@ -52,7 +52,7 @@ def test_a_known_shift_and_gain_are_found(axes: list[int], shift_mm: tuple[float
 
 
 def test_a_shift_in_space_is_found_from_a_volume() -> None:
-    grid = box_grid(FOCUS_MM, np.eye(3), width_mm=40, step_mm=5)
+    grid = box_grid(FOCUS_MM, np.eye(3), width_mm=40, step_mm=8)
     found = compare_scan(moved_scan(grid, (3.3, -1.2, 8.4)), focused_board(), MEDIUM)
     assert found.shift_mm == pytest.approx((3.3, -1.2, 8.4), abs=0.2)
 

@@ -3,18 +3,21 @@
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
-from autd_analysis.any_table import TableRequest, read_any_table
-from autd_analysis.comparisons import ComparisonResult, planned_comparisons
-from autd_analysis.intervals import t_interval
-from autd_analysis.paired import paired_t_test, sign_flip_test
-from autd_analysis.rates import detection_rates, false_alarm_rates, over_participants
-from autd_analysis.study import Results
-from autd_analysis.threshold_comparisons import compared_thresholds
-from autd_analysis.thresholds import Threshold
-from autd_analysis.trials import Trials
+from autd_analysis.basics.intervals import t_interval
+from autd_analysis.basics.paired import paired_t_test, sign_flip_test
+from autd_analysis.comparisons.numbers import ComparisonResult, Difference
+from autd_analysis.data.any_table import read_any_table
+from autd_analysis.data.table_request import TableRequest
+from autd_analysis.rates import RATES
+from autd_analysis.results import Outcome, Results
+from autd_analysis.study import analyse
+from autd_analysis.thresholds import THRESHOLDS
+from autd_analysis.thresholds.comparisons import Thresholds, compared_thresholds
+from autd_analysis.thresholds.numbers import Threshold, over_participants
 
 from autd_trials.protocol.method import Method
 from autd_trials.protocol.schema import Comparison, Level
@@ -60,31 +63,7 @@ def made_up(
         {factor: tuple(map(str, its)) for factor, its in levels.items()},
         comparisons,
     )
-    return results_of_rates(read_any_table(path, request))
-
-
-def results_of_rates(trials: Trials) -> Results:
-    """Return results that have rates and planned comparisons, and nothing else."""
-    rates, catch = detection_rates(trials), false_alarm_rates(trials)
-    return Results(
-        trials=trials,
-        participant_rates=rates,
-        rates=over_participants(rates),
-        participant_false_alarms=catch,
-        false_alarms=over_participants(catch) if catch else None,
-        comparisons=planned_comparisons(rates, trials.design),
-        detectability=None,
-        interactions=(),
-        trends=(),
-        order_effects=(),
-        cell_models=(),
-        other_estimates=(),
-        condition_logits=(),
-        psychometric=(),
-        pooled=None,
-        thresholds=(),
-        threshold_comparisons=(),
-    )
+    return analyse(read_any_table([path], request), only=["rates", "comparisons", "timing"])
 
 
 def with_method(results: Results, method: Method) -> Results:
@@ -102,27 +81,26 @@ def with_method(results: Results, method: Method) -> Results:
             beyond=int(number == 0),
             note=None,
         )
-        for number, rate in enumerate(results.participant_rates)
+        for number, rate in enumerate(results[RATES].participants)
     ]
-    return dataclasses.replace(
-        results,
-        trials=dataclasses.replace(results.trials, design=design),
-        comparisons=(),
-        thresholds=tuple(found),
-        threshold_comparisons=compared_thresholds(found, design),
+    thresholds = Thresholds(
+        method, tuple(found), over_participants(found), compared_thresholds(found, design)
     )
+    trials = dataclasses.replace(results.trials, design=design)
+    words = THRESHOLDS.words(thresholds, trials)
+    return Results(trials, (Outcome(THRESHOLDS, thresholds, shown=words),))
 
 
 def with_differences(result: ComparisonResult, differences: Sequence[float]) -> ComparisonResult:
     """Return a comparison in which participants have these differences, in hundredths exactly."""
-    from fractions import Fraction
-
     exact = [Fraction(round(100 * each), 100) for each in differences]
     floats = [float(each) for each in exact]
     flip, t = sign_flip_test(exact), paired_t_test(exact)
     return dataclasses.replace(
         result,
-        differences=tuple((f"p{number}", each) for number, each in enumerate(exact)),
+        differences=tuple(
+            Difference(result.contrast, f"p{number}", each, None) for number, each in enumerate(exact)
+        ),
         mean=sum(floats) / len(floats),
         interval=t_interval(floats),
         sign_flip=flip,

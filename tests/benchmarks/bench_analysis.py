@@ -20,14 +20,14 @@ from joblib import Parallel, delayed
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from autd_analysis.comparisons import planned_comparisons
-from autd_analysis.design import conditions, protocol_design
+from autd_analysis.comparisons.numbers import planned_comparisons
+from autd_analysis.data.design import conditions, protocol_design
+from autd_analysis.data.trial_table import TrialRow
+from autd_analysis.data.trials import Trials, data_frame
 from autd_analysis.models.glmm import DEFAULT_NODES, BinomialRows, fit_glmm
 from autd_analysis.power.model import StudyModel, study_model
 from autd_analysis.power.run import Question, power_analysis
-from autd_analysis.study import results_of
-from autd_analysis.trial_table import TrialRow
-from autd_analysis.trials import Trials, data_frame
+from autd_analysis.study import analyse
 
 from autd_trials.protocol.load import find_protocol, load_protocol
 
@@ -165,7 +165,7 @@ def time_everything(model: StudyModel, studies: int = 100) -> None:
     generator = np.random.default_rng(3)
     counts = model.answers(model.people(studies, 8, generator), generator)
     trials = [trials_of(model, study) for study in counts]
-    results_of(trials[0])
+    analyse(trials[0])
     start_s = time.perf_counter()
     Parallel(n_jobs=-1)(delayed(analyse_without_files)(each) for each in trials)
     each_s = (time.perf_counter() - start_s) / studies
@@ -177,7 +177,7 @@ def time_everything(model: StudyModel, studies: int = 100) -> None:
 
 def analyse_without_files(trials: Trials) -> None:
     """Analyse one study."""
-    results_of(trials)
+    analyse(trials)
 
 
 def trials_of(model: StudyModel, counts: np.ndarray) -> Trials:

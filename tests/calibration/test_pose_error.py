@@ -26,7 +26,7 @@ def units() -> list[UnitPose]:
 
 @pytest.fixture(scope="module")
 def budget(units: list[UnitPose]) -> dict[tuple[str, float], ErrorCost]:
-    costs = error_budget(units, B_MM, AIR, np.random.default_rng(5), draws=150)
+    costs = error_budget(units, B_MM, AIR, np.random.default_rng(5), draws=60)
     return {(cost.kind, cost.size): cost for cost in costs}
 
 

@@ -55,7 +55,7 @@ def pose_error(solution: Solution, around: Scene) -> np.ndarray:
 @pytest.fixture(scope="module")
 def solutions() -> list[tuple[Scene, Solution]]:
     """Random scenes and what was solved from them."""
-    scenes = [scene(0, 80, generator=np.random.default_rng(seed)) for seed in range(8)]
+    scenes = [scene(0, 80, generator=np.random.default_rng(seed)) for seed in range(6)]
     return [(around, solved(around, seed)) for seed, around in enumerate(scenes)]
 
 
@@ -66,7 +66,7 @@ def test_the_error_at_the_units_origin_is_what_the_covariance_says(
     for around, solution in solutions:
         error, covariance = pose_error(solution, around), np.array(solution.calibration.units[1].covariance)
         squares.append(error @ np.linalg.solve(covariance, error))
-    # chi-square with 6 degrees of freedom: mean 6, sd 3.46; of 8, 1.2
+    # chi-square with 6 degrees of freedom: mean 6, sd 3.46; of 6, 1.4
     assert 2.5 < np.mean(squares) < 10
 
 
@@ -83,7 +83,7 @@ def test_the_predicted_energy_holds_the_true_one(solutions: list[tuple[Scene, So
         left = energy_left(units, solution.calibration.unit_poses(), energy.target_mm, Air())
         inside += energy.low - 0.002 <= left <= energy.high + 0.002
         assert left > 0.9
-    assert inside >= 6
+    assert inside >= 5
 
 
 def test_the_worse_the_pose_is_known_the_less_energy_is_promised() -> None:

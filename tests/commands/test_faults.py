@@ -200,14 +200,14 @@ def test_two_sessions_at_once_in_one_study_get_different_places(
 ) -> None:
     path = write_protocol()
     processes = [
-        start(path, "--simulate", 1, "--participant", name, "--data", tmp_path) for name in ("a", "b", "c")
+        start(path, "--simulate", 1, "--participant", name, "--data", tmp_path) for name in ("a", "b")
     ]
     codes = [process.communicate() and process.returncode for process in processes]
-    for name, code in zip("abc", codes, strict=True):
+    for name, code in zip("ab", codes, strict=True):
         if code == 2:  # told that another was just beginning
             assert run("run", path, "--simulate", 1, "--participant", name, "--data", tmp_path).code == 0
     table = (tmp_path / "short" / "participants.tsv").read_text().splitlines()[1:]
-    assert sorted(line.split("\t")[1] for line in table) == ["1", "2", "3"]
+    assert sorted(line.split("\t")[1] for line in table) == ["1", "2"]
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from autd_trials.session.events import Event, Fault, Note, Pause, ResponseMade, 
 from autd_trials.testing.script import SessionScript, write_log
 from tests.records.conftest import largest_file
 
-KILLS = 20
+KILLS = 8
 UTC_TEXT = "2026-11-22T10:00:00+00:00"
 
 seconds = st.floats(0, 1e9)

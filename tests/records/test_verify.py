@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 import yaml
-from autd_analysis.trials import read_trials
+from autd_analysis.data.trials import read_trials
 
 from autd_trials.cli import main
 from autd_trials.protocol.load import find_protocol

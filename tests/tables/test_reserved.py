@@ -3,12 +3,13 @@
 import importlib
 import pkgutil
 from collections.abc import Iterator
+from typing import Any
 
-import autd_analysis.tables
-from autd_analysis.design import Design
-from autd_analysis.tables.table import Declared
-from autd_analysis.trial_table import TrialRow
-from autd_analysis.trials import data_frame
+import autd_analysis
+from autd_analysis.data.design import Design
+from autd_analysis.data.trial_table import TrialRow
+from autd_analysis.data.trials import data_frame
+from autd_analysis.report.table import Declared
 
 from autd_trials.protocol.load import find_protocol, load_protocol
 from autd_trials.protocol.plan import make_plan, plan_columns
@@ -24,8 +25,8 @@ LOGGED_NAMES = {"emulated", "masking", "participant_id", "run"}
 """What a person would take for the session's, not for a factor."""
 
 
-def result_tables() -> Iterator[Declared[object]]:
-    for module in pkgutil.iter_modules(autd_analysis.tables.__path__, "autd_analysis.tables."):
+def result_tables() -> Iterator[Declared[Any, Any]]:
+    for module in pkgutil.walk_packages(autd_analysis.__path__, "autd_analysis."):
         for declared in vars(importlib.import_module(module.name)).values():
             if isinstance(declared, Declared):
                 yield declared

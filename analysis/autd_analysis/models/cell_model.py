@@ -5,24 +5,23 @@ Every condition has a fixed effect; the intercept and the slope of the compared 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_analysis.adjustment import holm
-from autd_analysis.design import Condition, Design
-from autd_analysis.intervals import Interval, wald_interval
+from autd_analysis.basics.adjustment import holm
+from autd_analysis.basics.intervals import Interval, wald_interval
+from autd_analysis.data.contrasts import Contrast, planned_contrasts
+from autd_analysis.data.design import Condition, Design
 from autd_analysis.models.cells import (
     FEWEST_PARTICIPANTS,
-    Compared,
     cell_rows,
-    contrast,
+    contrast_weights,
     is_separated,
     participants,
     penalised,
-    planned,
     without,
 )
 from autd_analysis.models.glmm import (
@@ -35,7 +34,7 @@ from autd_analysis.models.glmm import (
 )
 from autd_analysis.models.links import LOGIT, PROBIT, Link
 from autd_analysis.models.means import ModelMean, model_mean
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate
 
 LinkName = Literal["logit", "probit"]
 LINKS: dict[LinkName, Link] = {"logit": LOGIT, "probit": PROBIT}
@@ -102,7 +101,7 @@ class CellModel:
     """
 
     link: LinkName
-    compared: Compared | None
+    compared: Contrast | None
     participants: int
     trials: int
     fit: GlmmFit | None
@@ -120,6 +119,31 @@ class CellModel:
         return float((self.fit.factor @ self.fit.factor.T)[0, 1] / self.fit.standard_deviations.prod())
 
 
+@dataclass(frozen=True, eq=False)
+class Models:
+    """All mixed models of a study.
+
+    Attributes
+    ----------
+    models
+        A model for everything that is compared, by either link.
+    conditions
+        All conditions, also those without trials.
+    contrasts
+        What was planned.
+    """
+
+    models: tuple[CellModel, ...]
+    conditions: tuple[Condition, ...]
+    contrasts: tuple[Contrast, ...]
+
+
+def all_models(rates: Sequence[ParticipantRate], design: Design) -> Models:
+    """Return the mixed models of all answers of a study; parameters as for `cell_models`."""
+    conditions = dict.fromkeys(rate.condition for rate in rates)
+    return Models(cell_models(rates, design), tuple(conditions), planned_contrasts(design))
+
+
 def cell_models(rates: Sequence[ParticipantRate], design: Design) -> tuple[CellModel, ...]:
     """Fit a model of all answers for everything that is compared, by either link.
 
@@ -135,10 +159,10 @@ def cell_models(rates: Sequence[ParticipantRate], design: Design) -> tuple[CellM
     tuple of CellModel
         Without planned comparisons, the models have a random intercept alone.
     """
-    plan = planned(design)
-    factors: list[Compared | None] = list(dict.fromkeys(compared for compared, _ in plan))
+    plan = planned_contrasts(design)
+    factors: list[Contrast | None] = list(dict.fromkeys(contrast.overall for contrast in plan))
     return tuple(
-        cell_model(rates, each, [at for compared, at in plan if compared == each], link)
+        cell_model(rates, each, [contrast.at for contrast in plan if contrast.overall == each], link)
         for each in factors or [None]
         for link in LINKS
     )
@@ -146,7 +170,7 @@ def cell_models(rates: Sequence[ParticipantRate], design: Design) -> tuple[CellM
 
 def cell_model(
     rates: Sequence[ParticipantRate],
-    compared: Compared | None,
+    compared: Contrast | None,
     levels: Sequence[Condition],
     link: LinkName = "logit",
     nodes: int = DEFAULT_NODES,
@@ -212,12 +236,12 @@ def _notes(fit: GlmmFit | None, separated: bool) -> tuple[str, ...]:
 def _contrasts(
     every_cell: Sequence[Condition],
     cells: Sequence[Condition],
-    compared: Compared,
+    compared: Contrast,
     levels: Sequence[Condition],
 ) -> dict[Condition, Array]:
     """Return the cells' weights in each simple effect of which no cell lacks trials."""
     seen = np.array([cell in cells for cell in every_cell])
-    weights = {at: contrast(every_cell, compared, at) for at in levels}
+    weights = {at: contrast_weights(every_cell, replace(compared, at=at)) for at in levels}
     return {at: each[seen] for at, each in weights.items() if each.any() and not each[~seen].any()}
 
 

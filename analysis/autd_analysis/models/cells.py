@@ -6,15 +6,14 @@ half a felt and half an unfelt answer that are added to every cell. D. Firth (19
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_analysis.design import Condition, Design, conditions
+from autd_analysis.data.contrasts import Contrast
+from autd_analysis.data.design import Condition
 from autd_analysis.models.glmm import BinomialRows
-from autd_analysis.rates import ParticipantRate
-from autd_trials.protocol.schema import Level
+from autd_analysis.rates.numbers import ParticipantRate
 
 FEWEST_PARTICIPANTS = 4
 PENALTY = 0.5
@@ -23,55 +22,34 @@ PENALTY = 0.5
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Compared:
-    """Two levels of a factor, of which the first is compared with the second."""
-
-    factor: str
-    first: Level
-    second: Level
-
-
-def planned(design: Design) -> tuple[tuple[Compared, Condition], ...]:
-    """Return what the protocol planned to compare, and at which level of another factor, in its order."""
-    return tuple(
-        (Compared(comparison.factor, comparison.first, comparison.second), at)
-        for comparison in design.comparisons
-        for at in conditions([design.factor(comparison.at_each)] if comparison.at_each else [])
-    )
-
-
-def compared_rows(
-    rates: Sequence[ParticipantRate], compared: Compared, at: Condition
-) -> tuple[BinomialRows, Array] | None:
+def compared_rows(rates: Sequence[ParticipantRate], contrast: Contrast) -> tuple[BinomialRows, Array] | None:
     """Return the answers that tell about a comparison, and the weights of their cells in it.
 
     Parameters
     ----------
     rates
         Rates in the single cells.
-    compared
-        What is compared.
-    at
-        The level of another factor at which it is compared, by the trials there alone; over all cells if
-        empty.
+    contrast
+        What is compared; at a level of another factor, by the trials there alone.
 
     Returns
     -------
     (BinomialRows, array) or None
         None with fewer than 4 participants, or without trials in a cell that is compared.
     """
-    there = [rate for rate in rates if set(at) <= set(rate.condition)]
+    there = [rate for rate in rates if contrast.takes(rate.condition)]
     planned = list(dict.fromkeys(rate.condition for rate in there))
-    rows, cells = cell_rows(there, compared)
-    needed = {cell for cell, weight in zip(planned, contrast(planned, compared), strict=True) if weight}
+    rows, cells = cell_rows(there, contrast)
+    needed = {
+        cell for cell, weight in zip(planned, contrast_weights(planned, contrast), strict=True) if weight
+    }
     if participants(rows) < FEWEST_PARTICIPANTS or not needed <= set(cells):
         return None
-    return rows, contrast(cells, compared)
+    return rows, contrast_weights(cells, contrast)
 
 
 def cell_rows(
-    rates: Sequence[ParticipantRate], compared: Compared | None
+    rates: Sequence[ParticipantRate], compared: Contrast | None
 ) -> tuple[BinomialRows, list[Condition]]:
     """Return the answers with cells as fixed effects, and the cells.
 
@@ -97,11 +75,11 @@ def cell_rows(
     return rows, cells
 
 
-def contrast(cells: Sequence[Condition], compared: Compared, at: Condition = ()) -> Array:
+def contrast_weights(cells: Sequence[Condition], contrast: Contrast) -> Array:
     """Return weights of the cells: mean of those with the first level minus mean of those with the second."""
     weights = np.zeros(len(cells))
-    for level, sign in ((compared.first, 1.0), (compared.second, -1.0)):
-        chosen = [{(compared.factor, level), *at} <= set(cell) for cell in cells]
+    for level, sign in zip(contrast.levels, (1.0, -1.0), strict=True):
+        chosen = [contrast.side(level) <= set(cell) for cell in cells]
         weights[chosen] = sign / max(1, sum(chosen))
     return weights
 

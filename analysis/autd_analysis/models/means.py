@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_analysis.design import Condition
-from autd_analysis.intervals import Interval, wald_interval
+from autd_analysis.basics.intervals import Interval, wald_interval
+from autd_analysis.data.design import Condition
 from autd_analysis.models.glmm import BinomialRows, GlmmFit
 from autd_analysis.models.links import Link
 

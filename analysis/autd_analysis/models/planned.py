@@ -12,12 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autd_analysis.design import Condition
-from autd_analysis.intervals import Interval, wald_interval
-from autd_analysis.models.cells import Compared, compared_rows, is_separated, penalised, without
+from autd_analysis.basics.intervals import Interval, wald_interval
+from autd_analysis.data.contrasts import Contrast
+from autd_analysis.models.cells import compared_rows, is_separated, penalised, without
 from autd_analysis.models.glmm import fit_glmm, likelihood_ratio
-from autd_analysis.rates import ParticipantRate
-from autd_trials.protocol.schema import Level
+from autd_analysis.rates.numbers import ParticipantRate
 
 
 @dataclass(frozen=True)
@@ -49,20 +48,15 @@ class MixedModelTest:
     singular: bool
 
 
-def mixed_model_test(
-    rates: Sequence[ParticipantRate], factor: str, first: Level, second: Level, at: Condition
-) -> MixedModelTest | None:
+def mixed_model_test(rates: Sequence[ParticipantRate], contrast: Contrast) -> MixedModelTest | None:
     """Test the difference of two levels of a factor.
 
     Parameters
     ----------
     rates
         Rates in the single cells.
-    factor, first, second
-        What is compared.
-    at
-        The level of another factor at which it is compared, by the trials there alone; over all cells if
-        empty.
+    contrast
+        What is compared; at a level of another factor, by the trials there alone.
 
     Returns
     -------
@@ -70,7 +64,7 @@ def mixed_model_test(
         None with fewer than 4 participants, without trials in a cell that is compared, or if nothing
         converged.
     """
-    compared = compared_rows(rates, Compared(factor, first, second), at)
+    compared = compared_rows(rates, contrast)
     if compared is None:
         return None
     rows, weights = compared

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from autd_analysis.power.run import PowerRow
 from autd_analysis.report.figure_options import DEFAULT
 from autd_analysis.report.sheet import Group, Panel, Sheet
-from autd_analysis.style import GREY, GRID, figure_style, level_style, save_figure
-from autd_analysis.wording import isolated
+from autd_analysis.report.style import GREY, GRID, figure_style, level_style, save_figure
+from autd_analysis.report.wording import isolated
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,14 +10,15 @@ from typing import Protocol as Interface
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_analysis.design import Condition, Design, conditions, describe_condition, protocol_design
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.data.contrasts import Contrast, planned_contrasts
+from autd_analysis.data.design import Condition, Design, conditions, describe_condition, protocol_design
+from autd_analysis.rates.numbers import ParticipantRate
 from autd_trials.errors import UsageError
 from autd_trials.participants.population import Presented, detection_probabilities
 from autd_trials.participants.simulated import CLOTHING_LAYERS
 from autd_trials.participants.traits import Layer
 from autd_trials.protocol.plan import make_plan
-from autd_trials.protocol.schema import Level, Protocol
+from autd_trials.protocol.schema import Protocol
 from autd_trials.tables import level_text, number, read_table
 
 _PEOPLE, _SEED = 20_000, 1
@@ -63,13 +64,11 @@ class GivenRates:
 
 
 @dataclass(frozen=True, eq=False)
-class PlannedContrast:
-    """A planned comparison over cells: which are added up on each side."""
+class CellContrast:
+    """A planned contrast over cells: its name, and which are added up on each side."""
 
+    contrast: Contrast
     name: str
-    factor: str
-    levels: tuple[Level, Level]
-    at: Condition
     first: tuple[int, ...]
     second: tuple[int, ...]
 
@@ -95,7 +94,7 @@ class StudyModel:
     design: Design
     cells: tuple[Condition, ...]
     trials: int
-    contrasts: tuple[PlannedContrast, ...]
+    contrasts: tuple[CellContrast, ...]
     population: Population
 
     def people(self, studies: int, participants: int, generator: np.random.Generator) -> Array:
@@ -126,7 +125,7 @@ class StudyModel:
         return mean
 
     def without_difference(
-        self, chances: Array, contrast: "PlannedContrast", generator: np.random.Generator
+        self, chances: Array, contrast: CellContrast, generator: np.random.Generator
     ) -> Array:
         """Return people's chances in the compared cells if these did not differ on average.
 
@@ -244,20 +243,16 @@ def _worn(cell: Condition) -> tuple[Layer, ...]:
     return CLOTHING_LAYERS[str(level)]
 
 
-def _contrasts(design: Design, cells: tuple[Condition, ...]) -> tuple[PlannedContrast, ...]:
-    contrasts = []
-    for comparison in design.comparisons:
-        for at in conditions([design.factor(comparison.at_each)] if comparison.at_each else []):
-            sides = [
-                tuple(
-                    number
-                    for number, cell in enumerate(cells)
-                    if (comparison.factor, level) in cell and set(at) <= set(cell)
-                )
-                for level in (comparison.first, comparison.second)
-            ]
-            name = f"{level_text(comparison.first)} - {level_text(comparison.second)}"
-            where = f", {describe_condition(at)}" if at else ""
-            levels = (comparison.first, comparison.second)
-            contrasts.append(PlannedContrast(name + where, comparison.factor, levels, at, sides[0], sides[1]))
-    return tuple(contrasts)
+def _contrasts(design: Design, cells: tuple[Condition, ...]) -> tuple[CellContrast, ...]:
+    return tuple(
+        CellContrast(
+            contrast,
+            f"{level_text(contrast.first)} - {level_text(contrast.second)}"
+            + (f", {describe_condition(contrast.at)}" if contrast.at else ""),
+            *(
+                tuple(number for number, cell in enumerate(cells) if contrast.side(level) <= set(cell))
+                for level in contrast.levels
+            ),
+        )
+        for contrast in planned_contrasts(design)
+    )

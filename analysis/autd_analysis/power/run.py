@@ -7,10 +7,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from autd_analysis.intervals import Interval, t_quantile, wilson_interval
+from autd_analysis.basics.intervals import Interval, t_quantile, wilson_interval
 from autd_analysis.models.planned import mixed_model_test
 from autd_analysis.power.fast import paired_t_p, rejected, sign_flip_p
-from autd_analysis.power.model import Counts, PlannedContrast, StudyModel
+from autd_analysis.power.model import CellContrast, Counts, StudyModel
 
 TestName = Literal["sign_flip", "paired_t", "mixed_model"]
 TESTS: tuple[TestName, ...] = ("sign_flip", "paired_t", "mixed_model")
@@ -168,7 +168,7 @@ def _chunk(model: StudyModel, question: Question, participants: int, number: int
 
 
 def _tested(
-    model: StudyModel, counts: Counts, tests: Sequence[TestName], contrasts: Sequence[PlannedContrast]
+    model: StudyModel, counts: Counts, tests: Sequence[TestName], contrasts: Sequence[CellContrast]
 ) -> tuple[Array, Array]:
     """Return p and the width of the interval of each test, study and contrast; NaN where there is none."""
     p, widths = np.empty((2, len(tests), len(counts), len(contrasts)))
@@ -191,7 +191,7 @@ def _null_counts(
     model: StudyModel,
     people: Array,
     counts: Counts,
-    contrast: PlannedContrast,
+    contrast: CellContrast,
     generator: np.random.Generator,
 ) -> Counts:
     """Return counts of the same people in whom the compared cells do not differ on average."""
@@ -204,20 +204,20 @@ def _null_counts(
     return found
 
 
-def _differences(counts: Counts, contrast: PlannedContrast) -> Counts:
+def _differences(counts: Counts, contrast: CellContrast) -> Counts:
     first, second = counts[..., list(contrast.first)], counts[..., list(contrast.second)]
     differences: Counts = first.sum(axis=-1) - second.sum(axis=-1)
     return differences
 
 
-def _mixed_model(model: StudyModel, counts: Counts, contrast: PlannedContrast) -> tuple[float, float]:
+def _mixed_model(model: StudyModel, counts: Counts, contrast: CellContrast) -> tuple[float, float]:
     """Return p and width for one study's counts, shape (participants, cells)."""
-    test = mixed_model_test(model.rates(counts), contrast.factor, *contrast.levels, contrast.at)
+    test = mixed_model_test(model.rates(counts), contrast.contrast)
     return (np.nan, np.nan) if test is None else (test.p, test.interval.high - test.interval.low)
 
 
 def _holm(p: Array) -> Array:
-    """Adjust over the contrasts of every test and study; `autd_analysis.adjustment.holm` does one family."""
+    """Adjust over the contrasts of every test and study; `basics.adjustment.holm` does one family."""
     order = np.argsort(p, axis=-1)  # NaN last
     ascending = np.take_along_axis(p, order, axis=-1)
     made = (~np.isnan(p)).sum(axis=-1, keepdims=True)

@@ -14,7 +14,7 @@ from autd_analysis.psychometric.functions import (
     slope_per_steepness,
 )
 from autd_analysis.psychometric.likelihood import PRECISE
-from autd_analysis.psychometric.model import HIGHEST_RATE, Answers, Model, Problem, problem
+from autd_analysis.psychometric.model import Answers, Model, Problem, problem
 from autd_analysis.psychometric.starts import best_step, starting_points
 
 _SAME = 1e-5  # log likelihoods that differ less are the same
@@ -208,9 +208,15 @@ def _curve(whole: Problem, number: int, parameters: Array) -> Curve:
     intercept, steepness = (float(each) for each in parameters[0, 2 * number : 2 * number + 2])
     threshold, slope, notes = _threshold_and_slope(whole, number, parameters)
     at_most = [
-        f"the {name} rate is at the highest allowed, {HIGHEST_RATE:g}"
-        for name, rate, found in (("guess", whole.model.guess, guess), ("lapse", whole.model.lapse, lapse))
-        if isinstance(rate, str) and found >= HIGHEST_RATE
+        f"the {name} rate is at the highest allowed, {highest:g}"
+        for name, rate, found, highest in zip(
+            ("guess", "lapse"),
+            (whole.model.guess, whole.model.lapse),
+            (guess, lapse),
+            whole.model.highest_rates,
+            strict=True,
+        )
+        if isinstance(rate, str) and found >= highest
     ]
     return Curve(
         threshold=threshold,

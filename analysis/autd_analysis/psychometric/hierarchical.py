@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autd_analysis.intervals import Interval, t_interval
+from autd_analysis.basics.intervals import Interval, t_interval
 from autd_analysis.models.glmm import BinomialRows, GlmmFit, fit_glmm
 from autd_analysis.psychometric.fit import Curve, fit
 from autd_analysis.psychometric.functions import (

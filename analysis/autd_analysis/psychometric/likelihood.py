@@ -51,9 +51,9 @@ class Likelihood:
     fixed_lapse: float
 
     @property
-    def rates(self) -> int:
-        """Number of estimated rates; they are the last parameters: guess rates, then lapse rates."""
-        return int(self.guess_of.shape[1] + self.lapse_of.shape[1])
+    def rate_counts(self) -> tuple[int, int]:
+        """Numbers of estimated guess and lapse rates, which are the last parameters in this order."""
+        return int(self.guess_of.shape[1]), int(self.lapse_of.shape[1])
 
     def probability(self, predictor: Array, rates: Array) -> tuple[Array, Array]:
         """Return p and 1 - p of predictors (problems, rows) and rates (problems, rates)."""

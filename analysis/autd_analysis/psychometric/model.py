@@ -13,8 +13,11 @@ from autd_analysis.psychometric.likelihood import Likelihood
 Rate = float | Literal["shared", "free"]
 """A guess or lapse rate: fixed at a value, one for all conditions of a participant, or one for each."""
 
-HIGHEST_RATE = 0.2
-"""Highest guess or lapse rate that is estimated."""
+HIGHEST_GUESS, HIGHEST_LAPSE = 0.4, 0.5
+"""Highest rates that are estimated; a fixed rate lowers what the other may be, by `LEAST_SPAN`."""
+
+LEAST_SPAN = 0.1
+"""Least 1 - guess - lapse: with less a function hardly rises, whatever its threshold."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,12 @@ class Model:
     def joint(self) -> bool:
         """Whether conditions share a parameter."""
         return "shared" in (self.guess, self.lapse)
+
+    @property
+    def highest_rates(self) -> tuple[float, float]:
+        """The highest guess and the highest lapse rate that are estimated."""
+        guess, lapse = (0.0 if isinstance(rate, str) else rate for rate in (self.guess, self.lapse))
+        return min(HIGHEST_GUESS, 1 - LEAST_SPAN - lapse), min(HIGHEST_LAPSE, 1 - LEAST_SPAN - guess)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +130,7 @@ class Problem:
     @property
     def size(self) -> int:
         """Number of parameters."""
-        return 2 * len(self.conditions) + self.likelihood.rates
+        return 2 * len(self.conditions) + sum(self.likelihood.rate_counts)
 
     def design(self) -> Array:
         """Return the predictor's design, shape (rows, 2 conditions): ones and places of each condition."""
@@ -133,10 +142,17 @@ class Problem:
         return found
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the lowest and highest parameters: functions do not fall, rates are from 0 to 0.2."""
-        functions, rates = len(self.conditions), self.likelihood.rates
-        low = np.concatenate([np.tile([-np.inf, 0.0], functions), np.zeros(rates)])
-        high = np.concatenate([np.full(2 * functions, np.inf), np.full(rates, HIGHEST_RATE)])
+        """Return the lowest and highest parameters: functions do not fall, rates are as `Model` allows."""
+        functions, guesses, lapses = len(self.conditions), *self.likelihood.rate_counts
+        low = np.concatenate([np.tile([-np.inf, 0.0], functions), np.zeros(guesses + lapses)])
+        highest_guess, highest_lapse = self.model.highest_rates
+        high = np.concatenate(
+            [
+                np.full(2 * functions, np.inf),
+                np.full(guesses, highest_guess),
+                np.full(lapses, highest_lapse),
+            ]
+        )
         return low, high
 
     def levels(self, number: int) -> Array:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autd_analysis.intervals import CONFIDENCE
+from autd_analysis.basics.intervals import CONFIDENCE
 from autd_analysis.psychometric.fit import Fit, condition_log_likelihood, fit_many, probabilities, shapes
 from autd_analysis.psychometric.functions import Array
 from autd_analysis.psychometric.intervals import CurveIntervals, OpenInterval

@@ -3,11 +3,11 @@
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from autd_analysis.panels import Column, draw_places, prepare_axes
+from autd_analysis.data.contrasts import Contrast
 from autd_analysis.report.facets import Facets
+from autd_analysis.report.panels import Column, draw_places, prepare_axes
 from autd_analysis.report.sheet import Group, Panel
-from autd_analysis.style import INK
-from autd_analysis.wording import Compared
+from autd_analysis.report.style import INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _PANEL_IN, _FACET_IN = 2.6, 1.7
 _PLACE_IN = 0.3  # least width of a place
 
-Difference = tuple[Compared, Column]
+Difference = tuple[Contrast, Column]
 """What was compared where, and the differences."""
 
 
@@ -69,22 +69,21 @@ def difference_groups(differences: Sequence[Difference], facets: Facets, label: 
 
 
 def _panel(family: Sequence[Difference], facets: Facets, label: str, limits: tuple[float, float]) -> Panel:
-    compared, _ = family[0]
+    contrast, _ = family[0]
 
     def draw(axes: "Axes") -> None:
         draw_differences(axes, family, facets, label)
         axes.set_ylim(*limits)
 
-    return Panel(draw, facets.labels.difference(compared.factor, compared.first, compared.second))
+    return Panel(draw, facets.labels.difference(contrast))
 
 
 def _families(differences: Sequence[Difference]) -> list[list[Difference]]:
     """Return differences between the same two levels at the levels of the same factor, together."""
-    found: dict[object, list[Difference]] = {}
+    found: dict[tuple[Contrast, str | None], list[Difference]] = {}
     for each in differences:
-        compared, _ = each
-        key = (compared.factor, compared.first, compared.second, tuple(name for name, _ in compared.at))
-        found.setdefault(key, []).append(each)
+        contrast, _ = each
+        found.setdefault((contrast.overall, contrast.over), []).append(each)
     return list(found.values())
 
 
@@ -100,17 +99,17 @@ def _limits(columns: Sequence[Column]) -> tuple[float, float]:
 
 
 def _ticks(differences: Sequence[Difference], facets: Facets) -> list[str]:
+    """Return where each difference is; in full if they are not of the same two levels."""
     labels = facets.labels
+    if len(_families(differences)) > 1:
+        return [labels.contrast(contrast) for contrast, _ in differences]
     return [
-        ", ".join(
-            labels.level(name, level) if len(compared.at) == 1 else labels.stated(name, level)
-            for name, level in compared.at
-        )
-        or "overall"
-        for compared, _ in differences
+        ", ".join(labels.level(name, level) for name, level in contrast.at) or "overall"
+        for contrast, _ in differences
     ]
 
 
 def _axis(differences: Sequence[Difference], facets: Facets) -> str:
-    compared, _ = differences[0]
-    return ", ".join(facets.labels.title(name) for name, _ in compared.at)
+    contrast, _ = differences[0]
+    alike = len(_families(differences)) == 1
+    return facets.labels.title(contrast.over) if alike and contrast.over else ""

@@ -3,7 +3,7 @@
 import re
 from xml.etree import ElementTree
 
-from autd_analysis.style import BAND, GREY, GRID, INK, NOTE, PAPER, SIGNAL
+from autd_analysis.report.style import BAND, GREY, GRID, INK, NOTE, PAPER, SIGNAL
 
 Element = ElementTree.Element
 Content = Element | str

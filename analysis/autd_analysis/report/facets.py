@@ -4,11 +4,12 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from autd_analysis.design import Condition, Design, StudyFactor, conditions
+from autd_analysis.data.design import Condition, Design, StudyFactor, conditions
 from autd_analysis.report.figure_options import FigureOptions, labelled
 from autd_analysis.report.fonts import unwritable
-from autd_analysis.style import PLAIN, Style, level_style
-from autd_analysis.wording import Labels, isolated, study_labels
+from autd_analysis.report.style import PLAIN, Style, level_style
+from autd_analysis.report.wording import Labels, isolated, study_labels
+from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level
 
 Cell = frozenset[tuple[str, Level]]
@@ -168,6 +169,23 @@ def study_facets(design: Design, options: FigureOptions) -> Facets:
             ]
         ),
     )
+
+
+def single_panel(facets: Facets) -> Facets:
+    """Return facets whose figure has one panel, as on axes that a person gave.
+
+    Raises
+    ------
+    UsageError
+        It has several: the others would be missing.
+    """
+    if facets.panels:
+        names = ", ".join(factor.name for factor in facets.panels)
+        raise UsageError(
+            f"there is a panel for each level of {names}, which do not fit on one pair of axes",
+            do="leave ax out: a figure of its own has them all",
+        )
+    return facets
 
 
 def unwritten(design: Design, options: FigureOptions) -> tuple[str, ...]:

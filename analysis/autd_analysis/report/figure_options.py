@@ -5,8 +5,8 @@ import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from autd_analysis.design import Design, StudyFactor
-from autd_analysis.trials import Trials
+from autd_analysis.data.design import Design, StudyFactor
+from autd_analysis.data.trials import Trials
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level
 from autd_trials.tables import level_text
@@ -27,8 +27,8 @@ class FigureOptions:
 
     Attributes
     ----------
-    width_mm
-        Width in mm, 60 to 400; a column's name is read by `width_mm_of`.
+    width
+        Width in mm, 60 to 400, or a column's name: ``single``, ``middle`` or ``double``.
     colours
         Colours in the order of the levels that are told apart by colour, as matplotlib knows them
         (``"#0072B2"``, ``"tab:blue"``); without any, Okabe and Ito's. With fewer colours than levels they
@@ -52,7 +52,7 @@ class FigureOptions:
         A value is none of these.
     """
 
-    width_mm: float = WIDTHS_MM["double"]
+    width: float | str = "double"
     colours: tuple[str, ...] = ()
     order: Mapping[str, Sequence[str]] = field(default_factory=dict)
     titles: Mapping[str, str] = field(default_factory=dict)
@@ -76,31 +76,23 @@ class FigureOptions:
             _require_colours(self.colours)
 
     @property
+    def width_mm(self) -> float:
+        """The width in mm."""
+        try:
+            return WIDTHS_MM[self.width] if self.width in WIDTHS_MM else float(self.width)  # type: ignore[index]
+        except ValueError as error:
+            raise UsageError(
+                f"a figure's width cannot be {self.width!r}",
+                do=f"give {_listed(WIDTHS_MM)}, or a number of mm",
+            ) from error
+
+    @property
     def width_in(self) -> float:
         """The width in inches."""
         return self.width_mm / 25.4
 
 
 DEFAULT = FigureOptions()
-
-
-def width_mm_of(text: str) -> float:
-    """Return a width in mm from a column's name or a number.
-
-    >>> width_mm_of("single"), width_mm_of("120")
-    (85.0, 120.0)
-
-    Raises
-    ------
-    UsageError
-        It is neither.
-    """
-    try:
-        return WIDTHS_MM[text] if text in WIDTHS_MM else float(text)
-    except ValueError as error:
-        raise UsageError(
-            f"a figure's width cannot be {text!r}", do=f"give {_listed(WIDTHS_MM)}, or a number of mm"
-        ) from error
 
 
 def labelled(design: Design, options: FigureOptions) -> Design:
@@ -135,12 +127,12 @@ def labelled_trials(trials: Trials, options: FigureOptions) -> Trials:
 
 def _arguments(options: FigureOptions) -> Iterator[str]:
     """Yield what a person types for these options."""
-    if options.width_mm != DEFAULT.width_mm:
-        yield from ("--figure-width", f"{options.width_mm:g}")
+    if options.width != DEFAULT.width:
+        yield from ("--figure-width", str(options.width))
     if options.colours:
         yield from ("--colours", ",".join(options.colours))
     for factor, levels in options.order.items():
-        yield from ("--order", f"{factor}={','.join(levels)}")
+        yield from ("--order", f"{factor}={','.join(map(_quoted, levels))}")
     for factor, title in options.titles.items():
         yield from ("--labels", f"{factor}={title}")
     for factor, labels in options.labels.items():
@@ -152,6 +144,10 @@ def _arguments(options: FigureOptions) -> Iterator[str]:
         yield "--no-test-table"
     if options.formats != DEFAULT.formats:
         yield from ("--format", ",".join(options.formats))
+
+
+def _quoted(word: str) -> str:
+    return f'"{word}"' if "," in word else word
 
 
 def _labelled(factor: StudyFactor, options: FigureOptions) -> StudyFactor:

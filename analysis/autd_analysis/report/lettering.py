@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from autd_analysis.report.fonts import FIRST, can_be_bold
-from autd_analysis.wording import lines_isolated
+from autd_analysis.report.wording import lines_isolated
 
 POINTS_PER_INCH = 72
 LINE_HEIGHT = 1.25

@@ -1,50 +1,38 @@
 """The report's page: one file that needs nothing else, on a screen and on paper."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 
-from autd_analysis.all_figures import SavedFigure
-from autd_analysis.methods import METHODS
-from autd_analysis.report.answers import RULE, answers
+from autd_analysis.report.answers import RULE
 from autd_analysis.report.elements import Element, inline_svg, page_text, tag
+from autd_analysis.report.figures import SavedFigure
 from autd_analysis.report.manuscript import methods_text, results_text
 from autd_analysis.report.provenance import command, input_hashes, recorded_facts, software_versions
 from autd_analysis.report.result_tables import table_section
-from autd_analysis.study import Results
-from autd_analysis.tables.table import ResultTable
-from autd_analysis.wording import isolated, size_words
+from autd_analysis.report.wording import isolated, size_words, upper_first
+from autd_analysis.results import Results
 
 _SIMULATED = "SIMULATED PARTICIPANTS: these are no data about people."
 _FIXED = "\N{NO-BREAK SPACE}"
 _EQUATION = re.compile(" ([=<>]) ")
-_METHODS = {name.replace("_", " "): text for name, text in METHODS.items()}
 _ABOUT_TABLES = (
     "Rounded to four digits; the TSV files beside this report have all of them. n/a: missing or undefined."
 )
 
 
-def report_page(
-    results: Results,
-    tables: Sequence[ResultTable],
-    figures: Sequence[SavedFigure],
-    remarks: Sequence[str],
-) -> str:
+def report_page(results: Results, figures: Sequence[SavedFigure]) -> str:
     """Return the report of a study as an HTML page.
 
-    It opens with the answer to each planned comparison beside the main figure; remarks, methods, results and
+    It opens with the answer to each planned comparison beside the first figure; remarks, methods, results and
     folded tables follow.
 
     Parameters
     ----------
     results
         The study's results.
-    tables
-        All of them as tables.
     figures
-        All of them as figures that were saved, at least one.
-    remarks
-        What to know before using the results.
+        Its figures as they were saved.
 
     Returns
     -------
@@ -52,19 +40,19 @@ def report_page(
         HTML without a script and without anything that is loaded. The same results give the same text.
     """
     title = f"{isolated(results.trials.design.protocol)}: results"
-    main, *others = [_figure(number, each) for number, each in enumerate(figures, start=1)]
+    drawn = [_figure(number, each) for number, each in enumerate(figures, start=1)]
     methods = methods_text(results, software_versions())
     sections = (
-        ("Answer", "answer", [_answer(results), main]),
-        ("Remarks", "remarks", [_list(remarks, "None.")]),
+        ("Answer", "answer", [_answer(results), *drawn[:1]]),
+        ("Remarks", "remarks", [_list(results.remarks, "None.")]),
+        ("Methods", "methods", [each for part in methods for each in _method(*part)]),
+        ("Results", "results", [*_paragraphs(results_text(results)), *drawn[1:]]),
+        ("Tables", "tables", [tag("p", _ABOUT_TABLES), *_tables(results)]),
         (
-            "Methods",
-            "methods",
-            [each for heading, text in methods for each in (tag("h3", heading), tag("p", _unbroken(text)))],
+            "How the numbers were found",
+            "definitions",
+            [_folded("Every quantity", _facts(_definitions(results)))],
         ),
-        ("Results", "results", [*_paragraphs(results_text(results)), *others]),
-        ("Tables", "tables", [tag("p", _ABOUT_TABLES), *map(table_section, tables)]),
-        ("How the numbers were found", "definitions", [_folded("Every quantity", _facts(_METHODS))]),
         ("Provenance", "provenance", _provenance(results)),
     )
     page = tag(
@@ -89,7 +77,7 @@ def report_page(
 
 
 def _banner(results: Results) -> list[Element]:
-    return [tag("p", _SIMULATED, class_="simulated")] if results.simulated else []
+    return [tag("p", _SIMULATED, class_="simulated")] if results.trials.simulated else []
 
 
 def _contents(headings: Sequence[tuple[str, str]]) -> Element:
@@ -109,37 +97,36 @@ def _paragraphs(texts: Sequence[str]) -> list[Element]:
     return [tag("p", _unbroken(text)) for text in texts]
 
 
+def _method(heading: str, text: str) -> tuple[Element, Element]:
+    return tag("h3", heading), tag("p", _unbroken(text))
+
+
 def _answer(results: Results) -> Element:
-    found = answers(results)
+    found = [answer for view in results.views for answer in view.answers]
     sentences = (
         tag("p", tag("strong", f"{answer.where}: "), _unbroken(answer.sentence))
         if answer.where
-        else tag("p", _unbroken(answer.sentence[:1].upper() + answer.sentence[1:]))
+        else tag("p", _unbroken(upper_first(answer.sentence)))
         for answer in found
     )
-    tested = bool(results.comparisons or results.threshold_comparisons)
-    rule = [tag("p", RULE, class_="note")] if tested else []
-    return tag(
-        "div",
-        tag("p", f"{size_words(results.trials)}.", class_="note"),
-        *sentences,
-        *rule,
-        class_="sentences",
-    )
+    rule = [tag("p", RULE, class_="note")] if results.trials.design.comparisons and found else []
+    size = tag("p", f"{size_words(results.trials)}.", class_="note")
+    return tag("div", size, *sentences, *rule, class_="sentences")
 
 
 def _figure(number: int, saved: SavedFigure) -> Element:
     figure = saved.figure
-    files = ", ".join(file.name for file in saved.files)
-    caption = (
-        tag("strong", f"Figure {number}. {figure.title}. "),
-        _unbroken(" ".join((*figure.caption, f"Files: {files}."))),
-    )
+    files_ = ", ".join(file.name for file in saved.files)
+    caption = _unbroken(" ".join((*figure.caption, f"Files: {files_}.")))
     return tag(
         "figure",
         inline_svg(saved.drawing, figure.name, figure.about),
-        tag("figcaption", *caption),
+        tag("figcaption", tag("strong", f"Figure {number}. {figure.title}. "), caption),
     )
+
+
+def _folded(heading: str, *content: Element) -> Element:
+    return tag("details", tag("summary", heading), *content)
 
 
 def _unbroken(text: str) -> str:
@@ -147,8 +134,16 @@ def _unbroken(text: str) -> str:
     return _EQUATION.sub(lambda found: f"{_FIXED}{found[1]}{_FIXED}", text)
 
 
-def _folded(heading: str, *content: Element) -> Element:
-    return tag("details", tag("summary", heading), *content)
+def _tables(results: Results) -> Iterator[Element]:
+    """Yield the subjects' tables; of a subject without any, why, at its place."""
+    for outcome in results.shown:
+        yield from map(table_section, outcome.tables)
+        if outcome.missing is not None:
+            yield tag("p", f"{outcome.subject.title}. Not computed: {outcome.missing.cause}.")
+
+
+def _definitions(results: Results) -> dict[str, str]:
+    return {name.replace("_", " "): text for name, text in results.definitions.items()}
 
 
 def _provenance(results: Results) -> list[Element]:

@@ -1,12 +1,13 @@
 """Where the results come from, and what makes them again."""
 
 import hashlib
+import shlex
 from collections.abc import Iterable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-from autd_analysis.sessions import LoggedSession
-from autd_analysis.study import Results
+from autd_analysis.data.sessions import LoggedSession
+from autd_analysis.results import Results
 
 Facts = Mapping[str, str]
 """What is known, by what it is about."""
@@ -43,7 +44,7 @@ def recorded_facts(results: Results) -> Facts:
 
 def command(results: Results) -> str:
     """Return what a person types to make the results again."""
-    return f"{results.trials.command}{' --pooled' if results.pooled else ''}"
+    return shlex.join([*shlex.split(results.trials.command), *results.choice])
 
 
 def _sha256(path: Path) -> str:

@@ -3,8 +3,8 @@
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 
-from autd_analysis.study import Results
-from autd_analysis.wording import MINUS, THIN
+from autd_analysis.data.trials import Trials
+from autd_analysis.report.wording import MINUS, THIN
 from autd_trials.protocol.schema import Protocol
 from autd_trials.session.events import SessionStart
 from autd_trials.tables import level_text
@@ -21,15 +21,15 @@ _TRIALS = {"shuffled": "in shuffled order", "fixed": "in a fixed order"}
 _DIGITS = 4
 
 
-def recorded_methods(results: Results) -> tuple[tuple[str, str], ...]:
+def recorded_methods(trials: Trials) -> tuple[tuple[str, str], ...]:
     """Return headings and paragraphs: stimulus, timing, masking, place; nothing where there are no logs.
 
     Parameters
     ----------
-    results
-        The study's results.
+    trials
+        The study's trials.
     """
-    starts = [session.start for session in results.trials.logged]
+    starts = [session.start for session in trials.logged]
     if not starts:
         return ()
     parts: tuple[tuple[str, Callable[[SessionStart], Iterator[str]]], ...] = (

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from autd_analysis.report.elements import Content, Element, tag, wide
-from autd_analysis.tables.table import ResultTable, Row
-from autd_analysis.wording import MINUS
+from autd_analysis.report.table import ResultTable, Row
+from autd_analysis.report.wording import MINUS
 from autd_trials.tables import Column, Value, cell_text
 
 _DIGITS = 4

@@ -16,7 +16,7 @@ from autd_analysis.report.lettering import (
     tick_labels,
     width_in,
 )
-from autd_analysis.style import BAND, INK, NOTE, SIGNAL, Style
+from autd_analysis.report.style import BAND, INK, NOTE, SIGNAL, Style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,7 +108,7 @@ class Sheet:
     caption: Sequence[str] = ()
 
     def draw(self, options: FigureOptions) -> "Figure":
-        """Return the figure, within `autd_analysis.style.figure_style`; it is bound to no window."""
+        """Return the figure, within `autd_analysis.report.style.figure_style`; it is bound to no window."""
         return _Drawing(self, options).figure()
 
 

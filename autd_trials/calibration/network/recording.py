@@ -6,7 +6,8 @@ as one likes. Recordings of version 1 have no ``unit1-sensor.json``: where they 
 """
 
 import math
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
@@ -17,7 +18,8 @@ from pydantic import ValidationError
 
 from autd_trials.calibration.provenance import UNKNOWN, Capture, sidecar_path, sidecar_text
 from autd_trials.calibration.writing import create_text, writing
-from autd_trials.errors import UsageError
+from autd_trials.errors import DeviceError, UsageError
+from autd_trials.host import lies_at
 from autd_trials.tables import Quantity, read_quantities
 
 RAW_COLUMNS = ("t_raw_s", "arrival_s", "run", "sequence", "x_mm", "y_mm", "z_mm", "quality")
@@ -65,7 +67,7 @@ class UnitRecording:
     UsageError
         There are such files already, or the folder cannot be made.
     DeviceError
-        Later: the disk is full or gone.
+        Later: the disk is full or gone, or the files do not lie at their paths any more.
     """
 
     def __init__(self, folder: Path, unit: int, capture: Capture) -> None:
@@ -84,7 +86,7 @@ class UnitRecording:
 
     def add(self, samples: list[Sample]) -> None:
         """Write samples down."""
-        with self._kept():
+        with self._kept(self._raw):
             for s in samples:
                 numbers = f"{s.t_raw_s:.7f},{s.arrival_s:.7f},{s.run},{s.sequence}"
                 self._raw.write(f"{numbers},{s.x_mm:.4f},{s.y_mm:.4f},{s.z_mm:.4f},{s.quality:.4f}\n")
@@ -92,7 +94,7 @@ class UnitRecording:
 
     def add_clock(self, time_s: float, offset_s: float) -> None:
         """Write an offset down: what was to be added to the node's stamps at a time of the master's clock."""
-        with self._kept():
+        with self._kept(self._clock):
             self._clock.write(f"{time_s:.7f},{offset_s:.7f}\n")
             self._clock.flush()
 
@@ -102,8 +104,17 @@ class UnitRecording:
             with suppress(OSError):
                 file.close()
 
-    def _kept(self) -> AbstractContextManager[None]:
-        return writing(self._folder, _SAFE)
+    @contextmanager
+    def _kept(self, file: TextIO) -> Iterator[None]:
+        with writing(self._folder, _SAFE):
+            yield
+        # What is written into a file that was moved, removed or replaced is in nobody's recording.
+        if not lies_at(file.fileno(), Path(file.name)):
+            raise DeviceError(
+                "the recording was moved, removed or replaced while it was written",
+                where=file.name,
+                do="put it back, then use it with `autd-trials calibrate --recorded FOLDER`, or record again",
+            )
 
 
 _SAFE = (

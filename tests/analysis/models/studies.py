@@ -5,14 +5,14 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from autd_analysis.models.cells import Compared
+from autd_analysis.data.contrasts import Contrast
 from autd_analysis.models.glmm import BinomialRows
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CELLS = [f"{frequency} {clothing}" for frequency in (25, 50, 100) for clothing in ("inner", "both")]
 STUDIES = [1, 2, 3, 4, 5]
-CLOTHING = Compared("clothing", "inner", "both")
+CLOTHING = Contrast("clothing", "inner", "both")
 
 
 def lines(number: int) -> list[dict[str, str]]:

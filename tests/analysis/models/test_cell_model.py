@@ -5,10 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from autd_analysis.design import Condition, Design, StudyFactor
+from autd_analysis.data.design import Condition, Design, StudyFactor
 from autd_analysis.models.cell_model import LINKS, CellModel, LinkName, cell_model, cell_models
 from autd_analysis.models.glmm import fit_glmm
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate
 from scipy.integrate import quad
 from scipy.special import expit, logit, ndtr
 from scipy.stats import norm

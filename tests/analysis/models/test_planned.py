@@ -4,8 +4,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from autd_analysis.data.contrasts import Contrast
 from autd_analysis.models.planned import MixedModelTest, mixed_model_test
-from autd_analysis.rates import ParticipantRate
+from autd_analysis.rates.numbers import ParticipantRate
 from scipy.special import expit, logit
 
 FREQUENCIES = (25.0, 50.0, 100.0)
@@ -40,7 +41,7 @@ def drawn(seed: int, drop: float, participants: int = 8, ease: float = 0.5) -> l
 def compare(
     its_rates: list[ParticipantRate], first: str = "inner", second: str = "both"
 ) -> MixedModelTest | None:
-    return mixed_model_test(its_rates, "clothing", first, second, AT_100)
+    return mixed_model_test(its_rates, Contrast("clothing", first, second, AT_100))
 
 
 def test_people_who_are_alike_give_the_difference_of_their_logits() -> None:
@@ -70,7 +71,7 @@ def test_at_a_frequency_only_the_trials_there_count() -> None:
 
 def test_over_all_frequencies_people_who_are_alike_give_the_mean_of_the_differences() -> None:
     felt = np.tile([[6, 3], [5, 4], [8, 5]], (8, 1, 1))
-    overall = mixed_model_test(rates(felt), "clothing", "inner", "both", ())
+    overall = mixed_model_test(rates(felt), Contrast("clothing", "inner", "both"))
     assert overall is not None
     assert overall.logits == pytest.approx(np.diff(logit(felt[0] / 10)).mean() * -1, abs=2e-3)
 

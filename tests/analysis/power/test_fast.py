@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from autd_analysis.paired import paired_t_test, sign_flip_test
+from autd_analysis.basics.paired import paired_t_test, sign_flip_test
 from autd_analysis.power.fast import paired_t_p, rejected, sign_flip_p
 from hypothesis import given
 from hypothesis import strategies as st

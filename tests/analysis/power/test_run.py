@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from autd_analysis.design import protocol_design
+from autd_analysis.data.design import protocol_design
 from autd_analysis.power.model import Counts, GivenRates, StudyModel, read_rates, study_model
 from autd_analysis.power.run import PowerRow, Question, TestName, power_analysis
 from scipy import stats

@@ -77,7 +77,9 @@ def test_guess_and_lapse_shared_or_free_against_a_global_search(core: Core, kind
             np.resize(lapses, 2).tolist(),
         )
 
-    bounds = Bounds([3.0] * 2 + [-1.5] * 2 + [0.0] * 2 * rates, [9.0] * 2 + [1.5] * 2 + [0.2] * 2 * rates)
+    bounds = Bounds(
+        [3.0] * 2 + [-1.5] * 2 + [0.0] * 2 * rates, [9.0] * 2 + [1.5] * 2 + [0.4] * rates + [0.5] * rates
+    )
     found = differential_evolution(loss, bounds, seed=1, tol=1e-10, maxiter=300, popsize=8)
     assert fitted.log_likelihood == pytest.approx(-found.fun, abs=2e-4)
     if kind == "shared":
@@ -205,8 +207,8 @@ def test_one_level_or_no_trial_is_no_function() -> None:
 
 def test_a_rate_at_its_bound_is_said() -> None:
     curve = curve_of([5, 5, 6, 10, 10], Model(guess="free", lapse=0.0), (1, 2, 4, 64, 128))
-    assert curve.guess == pytest.approx(0.2)
-    assert "the guess rate is at the highest allowed, 0.2" in curve.notes
+    assert curve.guess == pytest.approx(0.4)
+    assert "the guess rate is at the highest allowed, 0.4" in curve.notes
 
 
 @given(

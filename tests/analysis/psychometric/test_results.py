@@ -3,16 +3,18 @@
 import dataclasses
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from autd_analysis.design import Design, StudyFactor
-from autd_analysis.psychometric.functions import LOGISTIC, NORMAL, psychometric_function
-from autd_analysis.psychometric.model import Model
-from autd_analysis.psychometric.results import psychometric_results
+from autd_analysis.data.design import Design, StudyFactor
+from autd_analysis.data.trials import Trials
+from autd_analysis.psychometric import PSYCHOMETRIC
+from autd_analysis.psychometric.functions import NORMAL, psychometric_function
+from autd_analysis.psychometric.numbers import psychometric_results
+from autd_analysis.psychometric.options import PsychometricOptions, read_rate
 from autd_analysis.study import analyse
-from autd_analysis.trials import Trials
 
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level
@@ -22,7 +24,7 @@ from tests.analysis.psychometric.conftest import OCTAVES
 
 
 def test_the_chest_study_has_functions_along_frequency_in_each_clothing(chest: StudyWriter) -> None:
-    (found,) = analyse(chest.folder).psychometric
+    (found,) = analyse(chest.folder, only=["psychometric"])[PSYCHOMETRIC]
     assert (found.along, found.axis, found.function) == ("modulation_hz", OCTAVES, "normal along octaves")
     assert len(found.participants) == 16
     first = found.participants[0]
@@ -45,7 +47,7 @@ def test_a_factor_of_words_or_of_two_numbers_has_no_functions(writer: StudyWrite
         within={"modulation_hz": (25.0, 50.0)}, between={"clothing": ("a", "b", "c")}, comparisons=()
     )
     writer.add("01", lambda conditions, repetition: repetition < 5)
-    assert analyse(writer.folder).psychometric == ()
+    assert analyse(writer.folder, only=["psychometric"])[PSYCHOMETRIC] == ()
 
 
 def test_catch_trials_of_both_blocks_tell_one_guess_rate(writer: StudyWriter) -> None:
@@ -58,7 +60,7 @@ def test_catch_trials_of_both_blocks_tell_one_guess_rate(writer: StudyWriter) ->
         return answer(conditions, repetition)
 
     writer.add("01", with_false_alarms)
-    (found,) = analyse(writer.folder).psychometric
+    (found,) = analyse(writer.folder, only=["psychometric"])[PSYCHOMETRIC]
     inner, outer = found.participants
     assert [(each.answers.catch_felt, each.answers.catch_n) for each in (inner, outer)] == [(3, 8), (1, 8)]
     assert inner.curve.guess == outer.curve.guess
@@ -108,9 +110,33 @@ def test_levels_that_no_protocol_names_are_taken_from_the_table() -> None:
 
 
 def test_a_model_may_be_asked_for() -> None:
-    found = psychometric_results(adaptive(), "drive", Model(LOGISTIC, guess=0.01, lapse=0.05))
+    found = psychometric_results(
+        adaptive(), "drive", PsychometricOptions(guess=0.01, lapse=0.05, core="logistic")
+    )
     assert found.function == "logistic along octaves"
     assert {(each.curve.guess, each.curve.lapse) for each in found.participants} == {(0.01, 0.05)}
+
+
+@pytest.mark.parametrize(
+    ("asked", "wrong"),
+    [
+        ({"guess": 1.0}, "guess rate is 1"),
+        ({"lapse": -0.1}, "lapse rate is -0.1"),
+        ({"guess": 0.5, "lapse": 0.45}, "0.95 together"),
+        ({"guess": "freely"}, "'freely'"),
+        ({"lapse": math.nan}, "nan"),
+        ({"core": "cauchy"}, "no core 'cauchy'"),
+    ],
+)
+def test_options_that_no_function_can_have_are_refused(asked: dict[str, Any], wrong: str) -> None:
+    with pytest.raises(UsageError, match=wrong):
+        PsychometricOptions(**asked)
+
+
+def test_rates_are_read_as_they_are_typed() -> None:
+    assert [read_rate(word, "guess") for word in ("0.5", "free", "shared")] == [0.5, "free", "shared"]
+    with pytest.raises(UsageError, match="the lapse rate is 'half'"):
+        read_rate("half", "lapse")
 
 
 @pytest.mark.parametrize("along", ["no_such", "trial_type"])
@@ -144,7 +170,7 @@ def test_a_drive_of_zero_is_no_stimulus() -> None:
 def test_people_without_trials_in_a_condition_are_left_out_of_it(writer: StudyWriter) -> None:
     writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=30)
     writer.add("02", chest_answer(CHEST_COUNTS[1]))
-    (found,) = analyse(writer.folder).psychometric
+    (found,) = analyse(writer.folder, only=["psychometric"])[PSYCHOMETRIC]
     lost = next(each for each in found.participants if each.curve.notes == ("no trials",))
     assert lost.participant == "01"
     assert lost.resampled is None

@@ -5,9 +5,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from autd_analysis.report.answers import answers
-from autd_analysis.study import Results
-from autd_analysis.summary import plain_words
+from autd_analysis.comparisons import COMPARISONS
+from autd_analysis.rates import RATES
+from autd_analysis.report.summary import plain_words
+from autd_analysis.results import Outcome, Results
+from autd_analysis.subject import Answer
 
 from autd_trials.protocol.method import QuestPlusMethod, Range
 from autd_trials.protocol.schema import Level
@@ -22,9 +24,16 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Results:
     return made_up(tmp_path_factory.mktemp("made"), levels, compared="clothing", at="modulation_hz")
 
 
+def answers(results: Results) -> list[Answer]:
+    return [answer for view in results.views for answer in view.answers]
+
+
 def with_found(study: Results, *differences: float) -> Results:
-    first, *_ = study.comparisons
-    return dataclasses.replace(study, comparisons=(with_differences(first, differences),))
+    """Return the study with one comparison, in which participants have these differences."""
+    first, *_ = study[COMPARISONS]
+    found = (with_differences(first, differences),)
+    shown = COMPARISONS.words(found, study.trials)
+    return Results(study.trials, (Outcome(COMPARISONS, found, shown=shown),))
 
 
 def test_a_clear_difference_has_a_direction(study: Results) -> None:
@@ -57,7 +66,9 @@ def test_too_few_people_are_said_to_be_too_few(study: Results) -> None:
 
 
 def test_without_a_comparison_the_rates_are_said(study: Results, tmp_path: Path) -> None:
-    (answer,) = answers(dataclasses.replace(study, comparisons=()))
+    design = dataclasses.replace(study.trials.design, comparisons=())
+    trials = dataclasses.replace(study.trials, design=design)
+    (answer,) = RATES.words(study[RATES], trials).answers
     assert answer.sentence == "No comparison was asked for. The mean detection rate was .50 everywhere."
     one = made_up(tmp_path, {"clothing": ("inner",)}, people=1)
     (only,) = answers(one)

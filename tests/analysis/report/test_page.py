@@ -9,12 +9,13 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from autd_analysis.any_table import TableRequest, read_any_table
-from autd_analysis.output import write_results
-from autd_analysis.report.answers import answers
+from autd_analysis.comparisons import COMPARISONS
+from autd_analysis.data.any_table import read_any_table
+from autd_analysis.data.table_request import TableRequest
 from autd_analysis.report.figure_options import FigureOptions
-from autd_analysis.study import Results, analyse, results_of
-from autd_analysis.tables.all_tables import result_tables
+from autd_analysis.report.writing import write_results
+from autd_analysis.results import Results
+from autd_analysis.study import analyse
 
 from autd_trials.protocol.schema import Comparison, Level
 from autd_trials.testing.recorded import Answer, StudyWriter
@@ -116,15 +117,15 @@ def test_what_is_referred_to_is_there_once(chest_report: Report) -> None:
 def test_it_has_every_figure_table_warning_and_input(chest_report: Report) -> None:
     page, results = chest_report.page, chest_report.results
     assert page.tags["svg"] == len(list(chest_report.folder.glob("*.svg"))) == 3
-    tables = result_tables(results)
+    tables = results.tables
     assert page.tags["table"] == sum(bool(table.rows) for table in tables)
     for table in tables:
         assert f"{table.name}.tsv" in page.words
         assert table.about in page.words
         for column in table.columns:
             assert column.name == "simulated" or column.description in page.words
-    assert results.warnings
-    assert all(warning in page.words for warning in results.warnings)
+    assert results.remarks
+    assert all(warning in page.words for warning in results.remarks)
     assert all(path.name in page.words for path in results.trials.inputs)
     assert results.trials.logged[0].start.protocol_sha256 in page.words
     assert "autd-trials analyse chest" in page.words
@@ -152,7 +153,7 @@ def test_texts_for_a_manuscript_have_the_numbers(chest_report: Report) -> None:
     assert "530 trials were analysed: 454 with a stimulus" in words
     assert "and 76 catch trials without one" in words
     assert "Three comparisons within participants were planned" in words
-    at_100 = chest_report.results.comparisons[2]
+    at_100 = chest_report.results[COMPARISONS][2]
     assert at_100.paired_t is not None
     assert at_100.mean is not None
     assert (
@@ -182,7 +183,7 @@ def test_what_people_write_is_shown_and_never_run(tmp_path: Path) -> None:
     path.write_text("\n".join(["who,felt,what,rt", *rows]) + "\n")
     columns = {"participant": "who", "response": "felt", "what": "what", "response_time": "rt"}
     comparison = Comparison.model_construct(factor="what", first=HOSTILE, second="plain", at_each=None)
-    results = results_of(read_any_table(path, TableRequest(columns, comparisons=(comparison,))))
+    results = analyse(read_any_table([path], TableRequest(columns, comparisons=(comparison,))))
     page = written(results, tmp_path / "out").page
     assert page.tags["script"] == page.tags["b"] == 0
     assert HOSTILE in page.words
@@ -223,7 +224,9 @@ def test_it_opens_with_the_answers_beside_the_main_figure(chest_report: Report) 
     assert places == sorted(places)
     opening = text[places[0] : places[1]]
     assert opening.count("<svg") == 1
-    for answer in answers(chest_report.results):
+    found = [answer for view in chest_report.results.views for answer in view.answers]
+    assert len(found) == 3
+    for answer in found:
         assert answer.where in opening
         assert answer.sentence.split(":")[0] in opening
 
@@ -237,7 +240,7 @@ def test_every_figure_has_one_caption_and_no_words_of_its_own_below(chest_report
 
 def test_tables_are_folded_and_shown_on_paper(chest_report: Report) -> None:
     page = chest_report.page
-    tables = [table for table in result_tables(chest_report.results) if table.rows]
+    tables = [table for table in chest_report.results.tables if table.rows]
     assert page.tags["details"] >= 2 * len(tables)
     assert "open" not in {name for tag, name, _ in page.attributes if tag == "details"}
     assert "details::details-content" in page.text

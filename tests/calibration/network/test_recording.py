@@ -153,6 +153,20 @@ def test_a_full_disk_is_told_with_what_is_safe(tmp_path: Path) -> None:
     assert len(master_times(tmp_path, 1)) > 20
 
 
+def test_a_recording_that_is_moved_away_is_not_written_on(tmp_path: Path) -> None:
+    recording = UnitRecording(tmp_path / "r", 1, CAPTURE)
+    recording.add([sample(0)])
+    (tmp_path / "r").rename(tmp_path / "elsewhere")
+    moved = "moved, removed or replaced while it was written"
+    with pytest.raises(DeviceError, match=moved) as caught:
+        recording.add([sample(1)])
+    with pytest.raises(DeviceError, match=moved):
+        recording.add_clock(0.0, 0.0)
+    recording.close()
+    assert caught.value.where == str(tmp_path / "r" / "unit1-raw.csv")
+    assert len(master_times(tmp_path / "elsewhere", 1)) == 2, "what came in is in the file that was moved"
+
+
 @pytest.mark.parametrize("name", ["taken/recording", "r" * 300])
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, name: str) -> None:
     (tmp_path / "taken").write_text("a file")

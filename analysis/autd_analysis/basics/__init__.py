@@ -1,0 +1,1 @@
+"""Intervals, paired tests, bootstrap, adjustment: arrays in, numbers out."""

@@ -1,1 +1,0 @@
-"""The results as tables, a module for each kind of results."""
