@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 DEMO ?= data/demo-$(shell date +%Y%m%d-%H%M%S)
 MINUTES ?= 60
 
-.PHONY: demo test fuzz bench images statistics paper clean
+.PHONY: demo test fuzz bench images contact-sheet statistics paper clean
 
 demo: $(VENV)/.installed
 	@$(BIN)/run-protocol chest.yaml --simulate 8 --seed 1 --data $(DEMO)
@@ -29,6 +29,10 @@ bench: $(VENV)/.installed-for-tests
 
 images: $(VENV)/.installed
 	$(BIN)/python docs/make_images.py
+
+# Figures of made-up studies of every size, width and script, to be looked at: build/contact-sheet (six minutes).
+contact-sheet: $(VENV)/.installed
+	$(BIN)/python docs/make_contact_sheet.py
 
 # Both simulate for a while: the tables of docs/statistics.md (half an hour) and docs/paper.md (a minute).
 statistics: $(VENV)/.installed

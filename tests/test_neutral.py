@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from autd_analysis.data.any_table import read_table
+from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.writing import write_results
 from autd_analysis.study import analyse
 from hypothesis import given
@@ -79,7 +80,7 @@ def test_results_of_a_hostile_table_are_neutral(tmp_path: Path) -> None:
     rows = [f'{who},{n % 2},"{cell}"' for who in ("=P1", "@P2") for cell in cells for n in range(3)]
     path.write_text("\n".join(["who,felt,cloth,<b>note", *(f"{row}," for row in rows)]), encoding="utf-8")
     trials = read_table(path, columns="participant=who,response=felt,cloth")
-    write_results(analyse(trials), tmp_path / "out", ("svg",))
+    write_results(analyse(trials), tmp_path / "out", FigureOptions(formats=("svg",)))
     readme = (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
     assert "<script" not in readme
     assert "<b>" not in readme

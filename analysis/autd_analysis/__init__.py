@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from autd_analysis.data.any_table import read_table
     from autd_analysis.data.trials import Trials
     from autd_analysis.reading import read_study
+    from autd_analysis.report.figure_options import FigureOptions, labelled_trials
     from autd_analysis.report.writing import write_results
     from autd_analysis.results import Results
     from autd_analysis.study import SUBJECTS, analyse
@@ -25,10 +26,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "SUBJECTS",
+    "FigureOptions",
     "Results",
     "Subject",
     "Trials",
     "analyse",
+    "labelled_trials",
     "read_study",
     "read_table",
     "write_results",
@@ -38,10 +41,12 @@ __getattr__ = lazy(
     __name__,
     {
         "SUBJECTS": "study",
+        "FigureOptions": "report.figure_options",
         "Results": "results",
         "Subject": "subject",
         "Trials": "data.trials",
         "analyse": "study",
+        "labelled_trials": "report.figure_options",
         "read_study": "reading",
         "read_table": "data.any_table",
         "write_results": "report.writing",

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from autd_analysis.data.trials import Trials
+from autd_analysis.report.facets import study_facets
+from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.style import figure_style
 from autd_analysis.report.table import ResultTable
 from autd_analysis.subject import Failed, Impossible, NotApplicable, NotComputed, Shown, Subject
@@ -64,6 +66,8 @@ class Results:
         What was asked of single subjects besides, by their names.
     not_drawn
         The subjects in whose figures this program made an error.
+    of_figures
+        Remarks on the figures.
     """
 
     trials: Trials
@@ -71,6 +75,7 @@ class Results:
     choice: tuple[str, ...] = ()
     options: Mapping[str, Any] = field(default_factory=dict)
     not_drawn: Mapping[str, Failed] = field(default_factory=dict)
+    of_figures: tuple[str, ...] = ()
 
     def __getitem__(self, subject: Subject[Found]) -> Found:
         """Return what a subject found.
@@ -161,7 +166,7 @@ class Results:
     def remarks(self) -> tuple[str, ...]:
         """What a reader should know about the data and the results."""
         of_subjects = (remark for view in self.views for remark in view.remarks)
-        return (*self.trials.warnings, *self._not_computed(), *of_subjects)
+        return (*self.trials.warnings, *self._not_computed(), *of_subjects, *self.of_figures)
 
     def _not_computed(self) -> Iterator[str]:
         for outcome in self.outcomes:
@@ -217,13 +222,15 @@ class View(Generic[Found]):
             )
         return self.outcome.tables[names.index(table) if table else 0].to_frame()
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes | None":
+    def plot(self, ax: "Axes | None" = None, **options: Any) -> "Axes | None":
         """Draw what was found.
 
         Parameters
         ----------
         ax
             matplotlib's axes to draw on; a figure of its own, in the report's style, if None.
+        **options
+            Of `autd_analysis.FigureOptions`: ``width``, ``colours``, ``order``, ``titles``, ``labels``, ...
 
         Returns
         -------
@@ -231,15 +238,16 @@ class View(Generic[Found]):
             What was drawn on: the first panel of a figure. None if there is nothing to draw.
         """
         self._require()
-        subject = self.outcome.subject
+        subject, how = self.outcome.subject, FigureOptions(**options)
+        text = study_facets(self.results.trials.design, how).text
         if ax is None:
-            with figure_style():
-                drawn = [each.draw() for each in subject.figures(self.found, self.results)]
+            with figure_style(text):
+                drawn = [each.draw(how) for each in subject.figures(self.found, self.results)]
             return drawn[0].axes[0] if drawn else None
         if subject.plot is None:
             raise UsageError(f"{subject.name} has nothing to draw")
-        with figure_style():
-            subject.plot(self.found, self.results, ax)
+        with figure_style(text):
+            subject.plot(self.found, self.results, ax, how)
         return ax
 
     @property

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from typing import Protocol as Interface
 
 from autd_analysis.data.trials import Trials
+from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.figures import ResultFigure
 from autd_analysis.report.table import Declared
 
@@ -50,6 +51,14 @@ class Failed(NotComputed):
 
 
 @dataclass(frozen=True)
+class Answer:
+    """Where something was compared (empty: overall), and what was found there."""
+
+    where: str
+    sentence: str
+
+
+@dataclass(frozen=True)
 class Shown:
     """What a subject shows of what it found, but for tables and figures.
 
@@ -61,12 +70,15 @@ class Shown:
         Sentences for a manuscript's methods, and paragraphs for its results.
     remarks
         What a reader should know before using the numbers.
+    answers
+        What was found, a sentence for each planned comparison: a report opens with them.
     """
 
     summary: tuple[str, ...] = ()
     methods: str = ""
     paragraphs: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    answers: tuple[Answer, ...] = ()
 
 
 class Others(Interface):
@@ -124,7 +136,7 @@ class Subject(Generic[Found]):
     tables: tuple[Declared[Found, Any], ...] = ()
     words: Callable[[Found, Trials], Shown] = lambda _found, _trials: Shown()
     figures: "Callable[[Found, Others], Iterable[ResultFigure]]" = lambda _found, _results: ()
-    plot: "Callable[[Found, Others, Axes], None] | None" = None
+    plot: "Callable[[Found, Others, Axes, FigureOptions], None] | None" = None
 
 
 def failure(subject: str, error: Exception, what: str = "") -> Failed:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from autd_trials.commands.figure_arguments import add_figure_arguments, figure_options
 from autd_trials.commands.integrity import say_of_records
 from autd_trials.commands.output import print_json, print_text, say
 from autd_trials.commands.progress import progress_bar
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from autd_analysis.data.table_request import TableRequest
     from autd_analysis.data.trials import Trials
     from autd_analysis.psychometric.options import PsychometricOptions
+    from autd_analysis.report.figure_options import FigureOptions
     from autd_analysis.results import Results
     from autd_analysis.study import Progress
 
@@ -47,6 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=Path, help="where results go (STUDY/derivatives/analysis, TABLE-analysis)"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
+    add_figure_arguments(parser)
     _add_function_arguments(parser.add_argument_group("psychometric functions"))
     _add_table_arguments(
         parser.add_argument_group(
@@ -124,9 +127,10 @@ def execute(options: argparse.Namespace) -> int:
     from autd_analysis.report.summary import plain_words
     from autd_analysis.report.writing import results_json, write_results
 
+    figures = figure_options(options)
     with progress_bar("subjects") as progress:
-        results, folder = _analyse(options, progress)
-    results = write_results(results, folder).results
+        results, folder = _analyse(options, figures, progress)
+    results = write_results(results, folder, figures).results
     if options.json:
         print_json(results_json(results))
     else:
@@ -137,13 +141,16 @@ def execute(options: argparse.Namespace) -> int:
     return 1 if results.failures else 0
 
 
-def _analyse(options: argparse.Namespace, progress: "Progress") -> "tuple[Results, Path]":
+def _analyse(
+    options: argparse.Namespace, figures: "FigureOptions", progress: "Progress"
+) -> "tuple[Results, Path]":
     """Return the results and the folder where they go."""
+    from autd_analysis.report.figure_options import labelled_trials
     from autd_analysis.study import analyse
 
     functions = _functions(options)
     trials, folder = _read(options)
-    trials = replace(trials, command=" ".join([trials.command, *_typed(options)]))
+    trials = labelled_trials(replace(trials, command=" ".join([trials.command, *_typed(options)])), figures)
     results = analyse(trials, options.only, options.without, psychometric=functions, progress=progress)
     return results, folder
 

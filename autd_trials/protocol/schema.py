@@ -46,7 +46,8 @@ class Factor(Model):
     )
     describe: LevelSentences = Field(
         default_factory=dict,
-        description="A sentence per level, shown and recorded (what the participant wears, say).",
+        description="What each level is, shown and recorded (what the participant wears, say); of at most 32 "
+        "characters each, they are the levels' names in figures and reports.",
     )
 
 

@@ -13,6 +13,7 @@ from autd_analysis.comparisons import COMPARISONS
 from autd_analysis.data.trials import Trials, read_trials
 from autd_analysis.rates import RATES
 from autd_analysis.rates.numbers import Rates
+from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.figures import ResultFigure
 from autd_analysis.report.summary import plain_words
 from autd_analysis.report.table import Declared
@@ -45,14 +46,14 @@ def bias(trials: Trials, _results: Others) -> Sequence[Bias]:
     return [Bias(str(participant), float(share)) for participant, share in felt.items()]
 
 
-def draw(found: Sequence[Bias], _results: Others, axes: Axes) -> None:
+def draw(found: Sequence[Bias], _results: Others, axes: Axes, _options: FigureOptions) -> None:
     axes.bar([each.participant for each in found], [each.share for each in found])
 
 
 def figures(found: Sequence[Bias], results: Others) -> Iterator[ResultFigure]:
-    def drawn() -> Figure:
+    def drawn(options: FigureOptions) -> Figure:
         figure = Figure()
-        draw(found, results, figure.subplots())
+        draw(found, results, figure.subplots(), options)
         return figure
 
     yield ResultFigure("bias", "Who says felt", "A bar for each participant.", drawn)
@@ -82,7 +83,7 @@ BIAS = Subject(
 
 def test_a_subject_defined_here_is_in_everything_that_is_written(trials: Trials, tmp_path: Path) -> None:
     results = analyse(trials, only=["rates", "bias"], subjects=(*SUBJECTS, BIAS))
-    write_results(results, tmp_path, ("svg",))
+    write_results(results, tmp_path, FigureOptions(formats=("svg",)))
     report = (tmp_path / "report.html").read_text()
     sentence = "said felt most often."
     for expected in (
@@ -158,7 +159,7 @@ def test_an_error_of_ours_in_one_subject_leaves_the_others(trials: Trials, tmp_p
     )
     needing = Subject[float]("needing", "Needing", lambda _t, results: results[broken], needs=(broken,))
     results = analyse(trials, subjects=(RATES, broken, needing, COMPARISONS))
-    results = write_results(results, tmp_path, ("svg",)).results
+    results = write_results(results, tmp_path, FigureOptions(formats=("svg",))).results
     assert list(results.failures) == ["broken"]
     assert "ZeroDivisionError" in results.failures["broken"].cause
     assert "failing" in (tmp_path / "error-broken.txt").read_text()
@@ -171,7 +172,11 @@ def test_an_error_of_ours_in_one_subject_leaves_the_others(trials: Trials, tmp_p
     assert (tmp_path / "rates.svg").exists()
     with pytest.raises(UsageError, match="broken: an error of this program"):
         results.broken.to_frame()
-    write_results(analyse(trials, subjects=(RATES, replace(BIAS, name="broken"))), tmp_path, ("svg",))
+    write_results(
+        analyse(trials, subjects=(RATES, replace(BIAS, name="broken"))),
+        tmp_path,
+        FigureOptions(formats=("svg",)),
+    )
     assert not (tmp_path / "error-broken.txt").exists()
 
 
@@ -199,7 +204,9 @@ def test_an_error_in_a_figure_leaves_the_tables(trials: Trials, tmp_path: Path) 
         yield ResultFigure("rates", "Rates", "Rates.", boom)
 
     for broken in (replace(RATES, figures=boom), replace(RATES, figures=declared)):
-        results = write_results(analyse(trials, subjects=(broken,)), tmp_path, ("svg",)).results
+        results = write_results(
+            analyse(trials, subjects=(broken,)), tmp_path, FigureOptions(formats=("svg",))
+        ).results
         assert "its figures are missing" in results.failures["rates"].cause
         assert (tmp_path / "rates.tsv").exists()
         assert "boom" in (tmp_path / "error-rates.txt").read_text()

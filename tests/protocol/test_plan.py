@@ -84,7 +84,7 @@ def test_pauses_are_spread_over_their_range() -> None:
 
 def test_descriptions_go_with_the_block() -> None:
     plan = make_plan(CHEST, place=2, session=1, seed=1)
-    assert plan.blocks[0].descriptions == ("The participant wears an outerwear over the inner wear.",)
+    assert plan.blocks[0].descriptions == ("outerwear over inner wear",)
 
 
 @pytest.mark.parametrize("run_of", [None, "modulation_hz", "trial_type"])

@@ -1,8 +1,8 @@
 """What was varied in a study and what was planned to be compared, from its sessions' protocols."""
 
 import itertools
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from autd_analysis.data.sessions import LoggedSession
 from autd_trials.errors import UsageError
@@ -28,12 +28,18 @@ class StudyFactor:
         A sentence per level, where the protocol has one.
     within_block
         Whether it varies within a block (then catch trials do not have it) or between blocks.
+    title
+        What figures and texts call it, where a person said so.
+    labels
+        What they call its levels, likewise.
     """
 
     name: str
     levels: tuple[Level, ...]
     describe: dict[str, str]
     within_block: bool
+    title: str | None = None
+    labels: Mapping[Level, str] = field(default_factory=dict)
 
     def parse(self, text: str) -> Level | None:
         """Return the level that a table's cell means; None if it is none of the factor's."""
@@ -73,22 +79,6 @@ def conditions(factors: Sequence[StudyFactor]) -> tuple[Condition, ...]:
 def describe_condition(condition: Condition) -> str:
     """Return a condition in words, as in ``modulation_hz 25, clothing inner``."""
     return ", ".join(f"{name} {level_text(level)}" for name, level in condition) or "overall"
-
-
-def shown_factors(design: Design) -> tuple[StudyFactor | None, StudyFactor | None]:
-    """Return what a figure shows along its axis and what it tells apart by colour.
-
-    These are the factors of the first planned comparison, or the first factors within and between blocks
-    that have more than one level.
-    """
-    compared = design.comparisons[0] if design.comparisons else None
-    varied = [factor for factor in design.factors if len(factor.levels) > 1] or list(design.factors)
-    between = next((factor for factor in varied if not factor.within_block), None)
-    colour = design.factor(compared.factor) if compared else between
-    if compared and compared.at_each:
-        return design.factor(compared.at_each), colour
-    others = [factor for factor in varied if factor != colour]
-    return (others[0] if others else None), colour
 
 
 def study_design(sessions: Sequence[LoggedSession]) -> Design:

@@ -80,7 +80,7 @@ def parse_columns(text: str) -> dict[str, str]:
     return columns
 
 
-def parse_levels(texts: Iterable[str]) -> dict[str, list[str]]:
+def parse_levels(texts: Iterable[str], option: str = "--levels") -> dict[str, list[str]]:
     """Read ``FACTOR=LEVEL,LEVEL,...`` of several factors.
 
     Raises
@@ -90,9 +90,9 @@ def parse_levels(texts: Iterable[str]) -> dict[str, list[str]]:
     """
     levels: dict[str, list[str]] = {}
     for text in texts:
-        name, words = _named(text, "--levels", "clothing=inner,outer")
+        name, words = _named(text, option, "clothing=inner,outer")
         if name in levels or len(set(words)) < len(words):
-            raise UsageError(f"--levels names {name}, or a word for it, twice", do="name each once")
+            raise UsageError(f"{option} names {name}, or a word for it, twice", do="name each once")
         levels[name] = words
     return levels
 

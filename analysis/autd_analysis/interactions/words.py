@@ -4,7 +4,14 @@ from collections.abc import Iterator, Mapping
 
 from autd_analysis.data.trials import Trials
 from autd_analysis.interactions.numbers import Interactions
-from autd_analysis.report.wording import difference_label, format_interval, format_rate, p_equals
+from autd_analysis.report.wording import (
+    Labels,
+    format_interval,
+    format_number,
+    format_rate,
+    p_equals,
+    study_labels,
+)
 from autd_analysis.subject import Shown
 
 DEFINITIONS: Mapping[str, str] = {
@@ -18,27 +25,27 @@ DEFINITIONS: Mapping[str, str] = {
 """How each quantity was found."""
 
 
-def words(found: Interactions, _trials: Trials) -> Shown:
+def words(found: Interactions, trials: Trials) -> Shown:
     """Return interactions and trends as lines for a terminal."""
-    lines = tuple(_lines(found))
+    lines = tuple(_lines(found, study_labels(trials.design)))
     heading = "Does the difference depend on the other factor? (not planned, not adjusted)"
     return Shown(summary=(heading, *lines) if lines else ())
 
 
-def _lines(all_found: Interactions) -> Iterator[str]:
+def _lines(all_found: Interactions, labels: Labels) -> Iterator[str]:
     for found in all_found.interactions:
         tests = []
         if found.f is not None and found.df is not None and found.f_p is not None:
-            tests.append(f"F({found.df[0]}, {found.df[1]}) = {found.f:.2f}, {p_equals(found.f_p)}")
+            tests.append(f"F({found.df[0]}, {found.df[1]}) = {format_number(found.f)}, {p_equals(found.f_p)}")
         if found.sign_flip_p is not None:
             tests.append(f"sign-flip {p_equals(found.sign_flip_p)}")
         yield (
-            f"  {difference_label(found.contrast)}, the same at all {found.over}? "
+            f"  {labels.difference(found.contrast)}, the same at all {found.over}? "
             f"{'; '.join(tests) or 'not testable'}"
         )
     for trend in all_found.trends:
         test = f", {p_equals(trend.paired_t.p)}" if trend.paired_t else ""
         yield (
-            f"  {difference_label(trend.contrast)}, per {trend.unit} of {trend.over} it changes by "
+            f"  {labels.difference(trend.contrast)}, per {trend.unit} of {trend.over} it changes by "
             f"{format_rate(trend.mean)} {format_interval(trend.interval)}{test}"
         )

@@ -1,8 +1,9 @@
 """HTML as a tree of elements: what is put in as text comes out escaped, whoever wrote it."""
 
 import re
-from pathlib import Path
 from xml.etree import ElementTree
+
+from autd_analysis.report.style import BAND, GREY, GRID, INK, NOTE, PAPER, SIGNAL
 
 Element = ElementTree.Element
 Content = Element | str
@@ -13,6 +14,20 @@ _XLINK = "{http://www.w3.org/1999/xlink}"
 _LEFT_OUT = (f"{_SVG}metadata", f"{_SVG}style")
 _ROUND = "stroke-linejoin: round; stroke-linecap: butt"
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
+_COLOUR = re.compile(r"#[0-9a-fA-F]{6}\b")
+_OF_THE_PAGE = {
+    colour.lower(): f"var(--{name}, {colour.lower()})"
+    for name, colour in (
+        ("ink", INK),
+        ("grey", GREY),
+        ("grid", GRID),
+        ("band", BAND),
+        ("note", NOTE),
+        ("signal", SIGNAL),
+        ("paper", PAPER),
+        ("black", "#000000"),
+    )
+}
 _URL = re.compile(r"url\(#([\w.-]+)\)")
 
 
@@ -48,19 +63,19 @@ def wide(element: Element, label: str) -> Element:
     return tag("section", element, class_="wide", aria_label=label, tabindex="0")
 
 
-def inline_svg(file: Path, name: str, label: str) -> Element:
-    """Return a drawing as an element of a page.
+def inline_svg(svg: bytes, name: str, label: str) -> Element:
+    """Return a drawing as an element of a page; its greys follow the page's colours, light or dark.
 
     Parameters
     ----------
-    file
+    svg
         An SVG that matplotlib wrote.
     name
         A word that no other drawing on the page has; it goes before all ids, which must differ within a page.
     label
         What there is to see, for those who cannot see it.
     """
-    drawing = ElementTree.parse(file).getroot()  # noqa: S314 - we wrote it ourselves
+    drawing = ElementTree.fromstring(svg)  # noqa: S314 - we wrote it ourselves
     for element in drawing.iter():
         for child in list(element):
             if child.tag in _LEFT_OUT:
@@ -90,7 +105,12 @@ def _of(name: str, key: str, value: str) -> str:
         return f"{name}-{value}"
     if key == "href":
         return f"#{name}-{value.removeprefix('#')}"
-    return _URL.sub(rf"url(#{name}-\1)", value)
+    named = _URL.sub(rf"url(#{name}-\1)", value)
+    return (
+        _COLOUR.sub(lambda found: _OF_THE_PAGE.get(found[0].lower(), found[0]), named)
+        if key == "style"
+        else named
+    )
 
 
 def _references(element: Element) -> set[str]:

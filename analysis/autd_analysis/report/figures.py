@@ -1,14 +1,19 @@
 """A figure of results: declared with what there is to see, drawn and saved."""
 
-from collections.abc import Callable, Sequence
+import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from autd_analysis.report.style import FORMATS, figure_style, save_figure
+from autd_analysis.report.figure_options import FigureOptions
+from autd_analysis.report.style import drawing_of, figure_style, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+PAGE_WIDTH_MM = 114.0
+"""Of a drawing within the report: it can be read on a phone and beside a column of text."""
 
 
 @dataclass(frozen=True)
@@ -25,28 +30,37 @@ class ResultFigure:
         What there is to see, for those who cannot see it.
     draw
         Draws it within `autd_analysis.report.style.figure_style`.
+    caption
+        How to read it, a sentence or more each.
     """
 
     name: str
     title: str
     about: str
-    draw: "Callable[[], Figure]"
+    draw: "Callable[[FigureOptions], Figure]"
+    caption: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class SavedFigure:
-    """A figure that was drawn, and its files, one of each format."""
+    """A figure that was drawn.
+
+    Attributes
+    ----------
+    figure
+        What it is.
+    files
+        One of each format.
+    drawing
+        The same as SVG for a page that has captions and tables of its own, `PAGE_WIDTH_MM` wide.
+    """
 
     figure: ResultFigure
     files: tuple[Path, ...]
-
-    @property
-    def svg(self) -> Path:
-        """The file that a browser shows at any size."""
-        return next(file for file in self.files if file.suffix == ".svg")
+    drawing: bytes
 
 
-def save_figure_of(figure: ResultFigure, folder: Path, formats: Sequence[str] = FORMATS) -> SavedFigure:
+def save_figure_of(figure: ResultFigure, folder: Path, options: FigureOptions, text: str) -> SavedFigure:
     """Draw a figure and save it in each format; the same results give the same bytes.
 
     Parameters
@@ -55,8 +69,12 @@ def save_figure_of(figure: ResultFigure, folder: Path, formats: Sequence[str] = 
         The figure.
     folder
         An existing folder.
-    formats
-        Of PNG (300 dpi), SVG and PDF.
+    options
+        How it is made.
+    text
+        All names that are written in it, for which fonts are chosen.
     """
-    with figure_style():
-        return SavedFigure(figure, tuple(save_figure(figure.draw(), folder, figure.name, formats)))
+    bare = dataclasses.replace(options, width=PAGE_WIDTH_MM, caption=False, test_table=False)
+    with figure_style(text):
+        files = save_figure(figure.draw(options), folder, figure.name, options.formats)
+        return SavedFigure(figure, tuple(files), drawing_of(figure.draw(bare)))

@@ -1,22 +1,23 @@
 """Methods and results as paragraphs for a manuscript, every number from the results."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from autd_analysis.data.design import StudyFactor
 from autd_analysis.data.trials import Trials
+from autd_analysis.report.recorded_methods import recorded_methods
 from autd_analysis.report.wording import (
+    Labels,
     and_words,
     counted_words,
-    level_label,
+    study_labels,
     upper_first,
     was,
-    words_and_unit,
 )
 from autd_analysis.results import Results
 
 
-def methods_text(results: Results, software: dict[str, str]) -> tuple[str, ...]:
-    """Return paragraphs for a manuscript's methods: who, what, and how it was analysed.
+def methods_text(results: Results, software: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
+    """Return headings and paragraphs for a manuscript's methods: who, what, how it was run and analysed.
 
     Parameters
     ----------
@@ -25,12 +26,19 @@ def methods_text(results: Results, software: dict[str, str]) -> tuple[str, ...]:
     software
         Versions of what was used, by name.
     """
-    trials = results.trials
+    trials, labels = results.trials, study_labels(results.trials.design)
     versions = ", ".join(f"{name} {version}" for name, version in software.items())
-    return (
-        " ".join((*_people(trials), *_design(trials.design.factors), *_trials(trials))),
+    analysed = (
         *(view.methods for view in results.views if view.methods),
         f"Analyses were made with {versions}.",
+    )
+    return (
+        (
+            "Participants and design",
+            " ".join((*_people(trials), *_design(trials.design.factors, labels), *_trials(trials))),
+        ),
+        *recorded_methods(trials),
+        ("Statistics", " ".join(analysed)),
     )
 
 
@@ -53,9 +61,9 @@ def _people(trials: Trials) -> Iterator[str]:
         yield "The participants were simulated by a program; these are no data about people."
 
 
-def _design(factors: Sequence[StudyFactor]) -> Iterator[str]:
-    varied = [_factor(factor) for factor in factors if len(factor.levels) > 1]
-    held = [_factor(factor) for factor in factors if len(factor.levels) == 1]
+def _design(factors: Sequence[StudyFactor], labels: Labels) -> Iterator[str]:
+    varied = [_factor(factor, labels) for factor in factors if len(factor.levels) > 1]
+    held = [_factor(factor, labels) for factor in factors if len(factor.levels) == 1]
     if varied:
         yield f"{upper_first(and_words(varied))} {was(len(varied))} varied within participants."
     if held:
@@ -64,10 +72,11 @@ def _design(factors: Sequence[StudyFactor]) -> Iterator[str]:
         yield "All stimuli were alike."
 
 
-def _factor(factor: StudyFactor) -> str:
+def _factor(factor: StudyFactor, labels: Labels) -> str:
     """Return a factor with its levels, as in ``modulation frequency (25, 50, 100 Hz)``."""
-    words, unit = words_and_unit(factor.name)
-    return f"{words} ({', '.join(map(level_label, factor.levels))}{unit})"
+    *others, last = factor.levels
+    levels = [*(labels.level(factor.name, level) for level in others), labels.quantity(factor.name, last)]
+    return f"{labels.words(factor.name)} ({', '.join(levels)})"
 
 
 def _trials(trials: Trials) -> Iterator[str]:

@@ -16,18 +16,19 @@ _EVERYWHERE = "simulated"
 
 
 def table_section(table: ResultTable) -> Element:
-    """Return a table with its heading and the description of its columns."""
+    """Return a folded table with the description of its columns."""
+    heading = tag("summary", tag("code", f"{table.name}.tsv"), f" {table.about}")
     if not table.rows:
-        return tag("section", tag("h3", f"{table.name}.tsv"), tag("p", f"{table.about} It has no rows."))
+        return tag("details", heading, tag("p", "It has no rows."))
     columns = [column for column in table.columns if column.name != _EVERYWHERE]
     constant = {column.name: text for column in columns if (text := _everywhere_the_same(column, table.rows))}
     shown = [column for column in columns if column.name not in constant]
     on_its_side = len(shown) > _MOST_COLUMNS and len(table.rows) <= _MOST_ROWS
     lay_out, kind = (_on_its_side, "side") if on_its_side else (_upright, "upright")
-    content = (tag("caption", tag("span", table.about)), *lay_out(table.rows, shown))
+    content = (tag("caption", tag("span", f"{table.name}.tsv")), *lay_out(table.rows, shown))
     return tag(
-        "section",
-        tag("h3", f"{table.name}.tsv"),
+        "details",
+        heading,
         wide(tag("table", *content, class_=kind), table.name),
         *_notes(constant),
         tag("details", tag("summary", f"Columns of {table.name}"), _descriptions(columns)),

@@ -1,52 +1,35 @@
 """How every figure looks, and how it is saved: the same results give the same bytes."""
 
-import textwrap
-from collections.abc import Iterable, Sequence
+import io
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from autd_analysis.report.wording import shortened
+from autd_analysis.report.fonts import families_for
 from autd_trials.records.disk import replacing
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-FORMATS = ("png", "svg", "pdf")
-WIDTH_IN = 7.2  # two columns of a journal
-HEADER_IN = 0.66
-LINE_IN = 0.17
-"""Height of a line of text below a figure in inches."""
-LEFT, RIGHT = 0.012, 0.985
-"""Where texts of a figure begin and end, of its width."""
 
 INK = "#222222"
 GREY = "#8A8A8A"
 GRID = "#E6E6E6"
+BAND = "#F2F2F2"
+NOTE = "#444444"
+SIGNAL = "#B00020"
+PAPER = "#FFFFFF"
 
-_NOTE = "#444444"
-_NOTE_CHARACTERS = 138
-_SIGNAL = "#B00020"
-# Okabe and Ito's colours, which are told apart with any colour vision; the markers repeat the distinction.
-_STYLES = (
-    ("#0072B2", "o"),
-    ("#D55E00", "s"),
-    ("#009E73", "^"),
-    ("#CC79A7", "D"),
-    ("#E69F00", "v"),
-    ("#56B4E9", "P"),
-)
+# Okabe and Ito's colours, which are told apart with any colour vision, but for their yellow, which is hardly
+# seen on white; the markers repeat the distinction, and make it where colours come again.
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 # Metadata that would differ from run to run is left out, so that the same results give the same bytes.
 _METADATA: dict[str, dict[str, str | None]] = {
     "png": {"Software": None},
     "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
-_FONT = "DejaVu Sans"  # comes with matplotlib: the same on every machine
-_OTHER_FONTS = ("Noto Sans CJK JP", "IPAexGothic", "Hiragino Sans", "Yu Gothic", "Noto Sans CJK SC")
-"""Where installed, for the letters that the first has not, as Japanese names of levels."""
-
 _RC: dict[Any, Any] = {
     "font.size": 8,
     "axes.edgecolor": INK,
@@ -65,63 +48,58 @@ _RC: dict[Any, Any] = {
 
 @dataclass(frozen=True)
 class Style:
-    """Colour and marker of a column or a line."""
+    """Colour and marker of a column or a line; `hollow` markers are filled with white."""
 
     colour: str
     marker: str
+    hollow: bool = False
+
+    @property
+    def fill(self) -> str:
+        """What markers are filled with."""
+        return PAPER if self.hollow else self.colour
 
 
 PLAIN = Style(INK, "o")
 
 
-def level_style(index: int) -> Style:
-    """Return the style of a factor's level by its place in the list of levels."""
-    return Style(*_STYLES[index % len(_STYLES)])
-
-
-def side_by_side(
-    widths: Sequence[float], *, header_in: float, panels_in: float, below_in: float, right: float = RIGHT
-) -> "tuple[Figure, list[Axes]]":
-    """Return a figure two columns wide with panels side by side, and the panels.
+def level_style(index: int, colours: Sequence[str] = ()) -> Style:
+    """Return the style of a factor's level by its place in the list of levels.
 
     Parameters
     ----------
-    widths
-        The panels' widths to each other.
-    header_in, panels_in, below_in
-        Heights in inches: of the header, of the panels, and of axis labels and texts below them.
-    right
-        Where the last panel ends, of the figure's width.
+    index
+        The place. 8 times as many as there are colours (56) have styles that differ.
+    colours
+        A person's; Okabe and Ito's without any.
     """
-    from matplotlib.figure import Figure
-
-    height_in = header_in + panels_in + below_in
-    figure = Figure(figsize=(WIDTH_IN, height_in))
-    grid = figure.add_gridspec(
-        1,
-        len(widths),
-        width_ratios=widths,
-        left=0.08,
-        right=right,
-        top=1 - header_in / height_in,
-        bottom=below_in / height_in,
-        wspace=0.27,
-    )
-    return figure, [figure.add_subplot(grid[0, place]) for place in range(len(widths))]
+    chosen = tuple(colours) or _COLOURS
+    round_, place = divmod(index, len(chosen))
+    return Style(chosen[place], _MARKERS[(place + round_) % len(_MARKERS)])
 
 
-def figure_style() -> Any:
-    """Return the context within which figures are drawn and saved."""
+def figure_style(text: str = "") -> Any:
+    """Return the context within which figures are drawn and saved.
+
+    Parameters
+    ----------
+    text
+        All names that will be written; fonts are chosen that have their characters.
+    """
     import matplotlib as mpl
-    from matplotlib.font_manager import get_font_names
 
-    installed = set(get_font_names())
-    families = [_FONT, *(name for name in _OTHER_FONTS if name in installed)]
-    return mpl.rc_context({**_RC, "font.family": families})
+    return mpl.rc_context({**_RC, "font.family": list(families_for(text))})
 
 
-def save_figure(figure: "Figure", folder: Path, stem: str, formats: Sequence[str] = FORMATS) -> list[Path]:
-    """Save a figure as PNG (300 dpi), SVG and PDF; to be called within `figure_style`.
+def drawing_of(figure: "Figure") -> bytes:
+    """Return a figure as SVG; to be called within `figure_style`."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="svg", metadata=_METADATA["svg"], transparent=True)
+    return buffer.getvalue()
+
+
+def save_figure(figure: "Figure", folder: Path, stem: str, formats: Sequence[str]) -> list[Path]:
+    """Save a figure, pictures with 300 dots per inch; to be called within `figure_style`.
 
     Parameters
     ----------
@@ -132,7 +110,7 @@ def save_figure(figure: "Figure", folder: Path, stem: str, formats: Sequence[str
     stem
         The files' name without its ending.
     formats
-        Which of the three.
+        Of `autd_analysis.report.figure_options.FORMATS`.
 
     Returns
     -------
@@ -143,51 +121,10 @@ def save_figure(figure: "Figure", folder: Path, stem: str, formats: Sequence[str
     for kind, file in zip(formats, files, strict=True):
         # Fast compression: a third of the time of a picture goes into the last tenth of its size.
         options: dict[str, Any] = {"pil_kwargs": {"compress_level": 3}} if kind == "png" else {}
+        if kind == "tiff":
+            options = {"pil_kwargs": {"compression": "tiff_lzw"}}
+        else:
+            options["metadata"] = _METADATA[kind]
         with replacing(file) as half:
-            figure.savefig(half, format=kind, dpi=300, metadata=_METADATA[kind], **options)
+            figure.savefig(half, format=kind, dpi=300, **options)
     return files
-
-
-def wrapped_notes(notes: Iterable[str]) -> tuple[str, ...]:
-    """Return notes as the lines that they take below a figure."""
-    return tuple(line for note in notes for line in textwrap.wrap(note, _NOTE_CHARACTERS))
-
-
-def draw_notes(figure: "Figure", lines: Sequence[str], first_in: float) -> None:
-    """Write lines of notes, the first with its middle so many inches above the figure's lower edge."""
-    for number, line in enumerate(lines):
-        y = (first_in - number * LINE_IN) / figure.get_figheight()
-        figure.text(LEFT, y, line, fontsize=7, color=_NOTE, va="center")
-
-
-def draw_header(figure: "Figure", study: str, about: str, *, simulated: bool) -> None:
-    """Write at the top which study it is and what of it, and whether the participants were simulated."""
-    title = f"{shortened(study, 40)}: {about}"
-    y = 1 - 0.2 / figure.get_figheight()
-    figure.text(LEFT, y, title, fontsize=9, fontweight="bold", va="center")
-    if simulated:
-        figure.text(
-            RIGHT,
-            y,
-            "SIMULATED PARTICIPANTS: not human data",
-            fontsize=8,
-            fontweight="bold",
-            color=_SIGNAL,
-            ha="right",
-            va="center",
-            bbox={"boxstyle": "round,pad=0.35", "facecolor": "none", "edgecolor": _SIGNAL, "linewidth": 0.8},
-        )
-
-
-def draw_panel_title(axes: "Axes", letter: str, text: str) -> None:
-    """Write a panel's letter and title above its left end."""
-    for words, weight, shift in ((letter, "bold", 0), (text, "normal", 11)):
-        axes.annotate(
-            words,
-            xy=(0, 1),
-            xycoords="axes fraction",
-            xytext=(shift, 6),
-            textcoords="offset points",
-            fontweight=weight,
-            annotation_clip=False,
-        )

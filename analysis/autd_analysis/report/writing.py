@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from autd_analysis.data.all_trials import ABOUT, trial_columns, trials_sidecar, trials_tsv
+from autd_analysis.report.facets import study_facets, unwritten
+from autd_analysis.report.figure_options import DEFAULT, FigureOptions
 from autd_analysis.report.figures import ResultFigure, SavedFigure, save_figure_of
 from autd_analysis.report.page import report_page
 from autd_analysis.report.provenance import input_hashes, software_versions
-from autd_analysis.report.style import FORMATS
 from autd_analysis.results import Results
 from autd_analysis.subject import Failed, failure
 from autd_trials.errors import DeviceError
@@ -32,7 +33,7 @@ class Written:
     results: Results
 
 
-def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMATS) -> Written:
+def write_results(results: Results, folder: Path, options: FigureOptions = DEFAULT) -> Written:
     """Write everything that the analysis of a study gives.
 
     Parameters
@@ -42,8 +43,8 @@ def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMA
     folder
         Where to, ``derivatives/analysis`` of the study; made if it is not there. Files of the same names are
         replaced, others are left alone.
-    formats
-        Of the figures; ``svg`` must be among them, as the report shows it.
+    options
+        How figures are made.
 
     Returns
     -------
@@ -57,7 +58,7 @@ def write_results(results: Results, folder: Path, formats: Sequence[str] = FORMA
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        figures, results = _save_figures(results, folder, formats)
+        figures, results = _save_figures(results, folder, options)
         texts = {
             **{f"{table.name}.tsv": tsv(table.columns, table.rows) for table in results.tables},
             "trials.tsv": trials_tsv(results.trials),
@@ -146,12 +147,12 @@ def _data_set_files(results: Results) -> dict[str, str]:
         return {}
     return {
         "dataset_description.json": json_text(_dataset_description(results, study)),
-        ".bidsignore": "*.tsv\n*.json\n*.txt\n*.png\n*.svg\n*.pdf\n*.html\n",
+        ".bidsignore": "*.tsv\n*.json\n*.txt\n*.png\n*.svg\n*.pdf\n*.tiff\n*.html\n",
     }
 
 
 def _save_figures(
-    results: Results, folder: Path, formats: Sequence[str]
+    results: Results, folder: Path, options: FigureOptions
 ) -> tuple[list[SavedFigure], Results]:
     """Draw all figures; return them, and the results with what could not be drawn."""
     not_drawn: dict[str, Failed] = {}
@@ -164,10 +165,12 @@ def _save_figures(
                 # One takes the place of an earlier one of its name, and its place in the order.
                 figures |= {figure.name: (name, figure) for figure in declared}
     saved = []
+    design = results.trials.design
+    text = study_facets(design, options).text
     for name, figure in figures.values():
         with _errors_told(name, not_drawn):
-            saved.append(save_figure_of(figure, folder, formats))
-    return saved, replace(results, not_drawn=not_drawn)
+            saved.append(save_figure_of(figure, folder, options, text))
+    return saved, replace(results, not_drawn=not_drawn, of_figures=unwritten(design, options))
 
 
 @contextmanager
@@ -206,8 +209,8 @@ def _readme(results: Results) -> str:
     return (
         f"{origin}# {results.trials.design.protocol}: results\n\n"
         "Made from the study's trial tables by `autd-trials analyse`; everything here can be made again.\n"
-        f"Everything in one file, to read or print: `{REPORT}`. The figures are beside it as PNG, SVG and "
-        "PDF; all numbers are in `results.json`.\n\n"
+        f"Everything in one file, to read or print: `{REPORT}`. The figures are beside it; all "
+        "numbers are in `results.json`.\n\n"
         f"## Methods\n\n{methods}\n"
         f"## Remarks on the data\n\n{warnings}\n"
         "## Tables\n\nMissing or undefined is `n/a`. Files that are not named here are of another run.\n\n"

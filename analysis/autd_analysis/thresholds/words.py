@@ -4,16 +4,20 @@ from collections.abc import Iterator, Mapping
 
 from autd_analysis.data.design import describe_condition
 from autd_analysis.data.trials import Trials
+from autd_analysis.report.answers import change_words, test_words
 from autd_analysis.report.wording import (
-    MINUS,
-    compared_labels,
+    THIN,
+    Labels,
+    and_words,
+    direction,
     format_interval,
+    format_level,
+    format_number,
     format_p,
-    format_rate,
     p_equals,
-    place_words,
+    study_labels,
 )
-from autd_analysis.subject import Shown
+from autd_analysis.subject import Answer, Shown
 from autd_analysis.thresholds.comparisons import ThresholdComparison, Thresholds
 from autd_analysis.thresholds.numbers import GroupThreshold
 from autd_trials.protocol.method import Method, Staircase
@@ -24,8 +28,8 @@ DEFINITIONS: Mapping[str, str] = {
         "number of a staircase's reversals with its final steps, for the rate at which the staircase "
         "settles, or the mean of QUEST+'s posterior in dB, for the level at which the stimulus alone, "
         "guesses and lapses aside, is felt half the time. Means, intervals, paired t and exact sign-flip "
-        "tests are of thresholds in dB over participants; those whose tracks do not tell a threshold are "
-        "left out and counted. The exact sign test counts them too where a threshold seems to lie beyond "
+        "tests are of thresholds in dB over participants; undetermined ones are excluded "
+        "and counted. The exact sign test counts them too where a threshold seems to lie beyond "
         "the levels, and so beyond the other."
     ),
 }
@@ -42,44 +46,50 @@ _ESTIMATES = {
 }
 _COMPARED = (
     "Thresholds were averaged over participants and compared within them in dB (20 log10 of the level), by a "
-    "paired t test and an exact sign-flip test. Thresholds that the answers do not tell are left out, but an "
-    "exact sign test counts which of two is higher also where one seems to lie beyond the levels. All tests "
-    "are two-sided; p values were adjusted by Holm's method for each kind of test."
+    "paired t test and an exact sign-flip test. Undetermined thresholds are excluded, but an exact sign "
+    "test counts which of two is higher also where one seems to lie beyond the levels. All tests are "
+    "two-sided; p values were adjusted by Holm's method for each kind of test."
 )
 
 
-def words(found: Thresholds, _trials: Trials) -> Shown:
+def words(found: Thresholds, trials: Trials) -> Shown:
     """Return thresholds and the planned comparisons of them in words."""
+    labels = study_labels(trials.design)
+    tests = sum(each.sign_flip is not None for each in found.comparisons)
+    answers = tuple(
+        Answer(labels.condition(each.contrast.at), _answer(each, tests, labels)) for each in found.comparisons
+    )
     return Shown(
-        summary=tuple(_lines(found)),
+        summary=tuple(_lines(found, labels)),
         methods=method_sentences(found.method),
-        paragraphs=(" ".join(_sentences(found)),),
+        paragraphs=(" ".join(_sentences(found, labels)),),
+        answers=answers or tuple(_nothing_compared(found, trials, labels)),
     )
 
 
-def _lines(thresholds: Thresholds) -> Iterator[str]:
+def _lines(thresholds: Thresholds, labels: Labels) -> Iterator[str]:
     groups = thresholds.conditions
-    yield f"Thresholds ({thresholds.method.varies}; geometric mean over participants, 95 % t interval):"
+    yield f"Thresholds ({thresholds.method.varies}; geometric mean over participants, 95% t interval):"
     width = max((len(describe_condition(group.condition)) for group in groups), default=0)
     for group in groups:
-        yield f"  {describe_condition(group.condition):<{width}}  {group_words(group)}"
+        yield f"  {describe_condition(group.condition):<{width}}  {_group(group)}"
     if thresholds.comparisons:
         yield ""
         yield "Planned comparisons of thresholds (within participants, two-sided; Holm over all of them):"
         for found in thresholds.comparisons:
-            yield f"  {comparison_words(found)}"
+            yield f"  {_comparison(found, labels)}"
 
 
-def _sentences(thresholds: Thresholds) -> Iterator[str]:
+def _sentences(thresholds: Thresholds, labels: Labels) -> Iterator[str]:
     for group in thresholds.conditions:
-        where = place_words(group.condition) or "overall"
-        yield f"The geometric mean threshold {where} was {group_words(group)}."
+        where = labels.place(group.condition) or "overall"
+        yield f"The geometric mean threshold {where} was {_group(group)}."
     for found in thresholds.comparisons:
-        yield f"Difference of thresholds, {comparison_words(found)}."
+        yield f"Difference of thresholds, {_comparison(found, labels)}."
 
 
-def group_words(group: GroupThreshold) -> str:
-    """Return a condition's mean threshold with its interval, n, and how many tracks tell none."""
+def _group(group: GroupThreshold) -> str:
+    """Return a condition's mean threshold with its interval, n, and how many are undetermined."""
     beyond = [
         f"{count} {where}, so the mean is too {what}"
         for count, where, what in (
@@ -88,24 +98,23 @@ def group_words(group: GroupThreshold) -> str:
         )
         if count
     ]
-    untold = f", {'; '.join([f'{group.untold} not told', *beyond])}" if group.untold else ""
-    return (
-        f"{format_rate(group.threshold)} {format_interval(group.interval)}, n = {group.participants}{untold}"
-    )
+    undetermined = f", {'; '.join([f'{group.untold} undetermined', *beyond])}" if group.untold else ""
+    mean = f"{format_level(group.threshold)} {format_interval(group.interval, format_level)}"
+    return f"{mean}, n = {group.participants}{undetermined}"
 
 
-def comparison_words(found: ThresholdComparison) -> str:
+def _comparison(found: ThresholdComparison, labels: Labels) -> str:
     """Return what was compared, the difference, and its tests."""
-    first, second = compared_labels(found.contrast)
-    where = found.contrast.at
-    at = f", {describe_condition(where)}" if where else ""
-    parts = [f"{format_rate(found.mean_db)} dB {format_interval(found.interval)}"]
-    parts.append(f"n = {len(found.differences_db)}")
+    first, _ = labels.sides(found.contrast)
+    parts = [
+        f"{format_number(found.mean_db)}{THIN}dB, 95% CI {format_interval(found.interval, format_number)}",
+        f"n = {len(found.differences_db)}",
+    ]
     if found.paired_t:
         test = found.paired_t
         parts.append(
-            f"t({test.df}) = {test.t:.2f}, {p_equals(test.p)} (Holm {format_p(found.paired_t_holm)}), "
-            f"dz = {test.dz:.2f}"
+            f"t({test.df}) = {format_number(test.t)}, {p_equals(test.p)} "
+            f"(Holm {format_p(found.paired_t_holm)}), dz = {format_number(test.dz)}"
         )
     if found.sign_flip:
         flip = found.sign_flip
@@ -119,7 +128,50 @@ def comparison_words(found: ThresholdComparison) -> str:
             f"{first} higher in {counts}, exact sign test {p_equals(found.sign_p)} "
             f"(Holm {format_p(found.sign_holm)})"
         )
-    return f"{first} {MINUS} {second}{at}: {'; '.join(parts)}"
+    return f"{labels.contrast(found.contrast)}: {'; '.join(parts)}"
+
+
+def _answer(found: ThresholdComparison, tests: int, labels: Labels) -> str:
+    first, second = labels.sides(found.contrast)
+    if found.mean_db is None:
+        return f"the thresholds of {first} and {second} could not be compared: no participant has both."
+    change = change_words(
+        direction(found.mean_db),
+        found.sign_flip,
+        found.sign_flip_holm if found.sign_flip else found.paired_t_holm,
+        tests,
+        (
+            f"a higher threshold with {first} than with {second}",
+            f"a lower threshold with {first} than with {second}",
+            f"no clear difference between the thresholds of {first} and {second}",
+        ),
+    )
+    facts = [
+        f"difference {format_number(found.mean_db)}{THIN}dB",
+        *([f"95% CI {format_interval(found.interval, format_number)}"] if found.interval else []),
+        f"n = {len(found.differences_db)}",
+        *test_words(found.sign_flip, found.sign_flip_holm, found.paired_t, found.paired_t_holm),
+    ]
+    return f"{change}: {', '.join(facts)}."
+
+
+def _nothing_compared(found: Thresholds, trials: Trials, labels: Labels) -> Iterator[Answer]:
+    """Yield the thresholds instead of answers, where no comparison was planned."""
+    known = [group for group in found.conditions if group.threshold is not None]
+    if known and not trials.design.comparisons:
+        means = [
+            f"{format_level(group.threshold)} ({labels.condition(group.condition) or 'overall'})"
+            for group in known
+        ]
+        varied = labels.words(found.method.varies)
+        yield Answer("", f"No comparison was planned. Mean thresholds ({varied}) were {and_words(means)}.")
+
+
+def felt_words(method: Method) -> str:
+    """Return for which rate of "felt" the method's thresholds are, for an axis."""
+    if isinstance(method, Staircase):
+        return f"felt in {100 * method.converges_to:.3g}% of trials"
+    return "felt in 50% of trials, guesses and lapses aside"
 
 
 def method_sentences(method: Method) -> str:

@@ -13,7 +13,7 @@ DEFINITIONS: Mapping[str, str] = {
     ),
     "response_time": (
         "From the onset to the first press, of stimuli that were felt; a participant's median and quartiles "
-        "(interpolated linearly), and the mean of the participants' medians with Student's 95 % t interval."
+        "(interpolated linearly), and the mean of the participants' medians with Student's 95% t interval."
     ),
 }
 """How each quantity was found."""

@@ -6,6 +6,7 @@ from pathlib import Path
 from autd_analysis.data.all_trials import trial_columns, trials_sidecar, trials_tsv
 from autd_analysis.data.any_table import read_table
 from autd_analysis.data.trials import read_trials
+from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.writing import write_results
 from autd_analysis.study import analyse
 
@@ -32,7 +33,7 @@ def test_results_have_all_trials_and_say_what_their_columns_are(tmp_path: Path) 
     path.write_text("who,felt,amp\n" + "".join(f"P1,{n % 2},{n % 3}\n" for n in range(12)))
     trials = read_table(path, columns="participant=who,response=felt,amp")
     folder = tmp_path / "out"
-    write_results(analyse(trials), folder, ("svg",))
+    write_results(analyse(trials), folder, FigureOptions(formats=("svg",)))
     lines = (folder / "trials.tsv").read_text().splitlines()
     assert len(lines) == 13
     assert json.loads((folder / "trials.json").read_text())["amp"]["Description"]

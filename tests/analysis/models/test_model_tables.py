@@ -4,6 +4,7 @@ import csv
 from pathlib import Path
 
 import pytest
+from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.table import ResultTable
 from autd_analysis.report.writing import write_results
 from autd_analysis.study import analyse
@@ -64,7 +65,7 @@ def test_all_or_none_felt_is_said_with_finite_penalised_estimates(
         given = row["method"] == "Firth logistic"
         assert (row["logits"] is not None) == given
         assert (row["notes"] is None) == given
-    write_results(analyse(writer.folder), tmp_path, formats=("svg",))
+    write_results(analyse(writer.folder), tmp_path, FigureOptions(formats=("svg",)))
     with (tmp_path / "other_models.tsv").open(encoding="utf-8", newline="") as file:
         assert {row["wald_p"] for row in csv.DictReader(file, delimiter="\t")} == {"n/a"}
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from autd_analysis.psychometric import PSYCHOMETRIC
 from autd_analysis.psychometric.figure import draw_psychometric
+from autd_analysis.report.figure_options import DEFAULT, FigureOptions
 from autd_analysis.report.style import figure_style, save_figure
 from autd_analysis.report.writing import write_results
 from autd_analysis.results import Results
@@ -22,22 +23,19 @@ def results(recorded_chest: Path) -> Results:
 
 
 def test_a_panel_for_each_clothing_shows_every_rate_with_its_number_of_trials(results: Results) -> None:
-    panels = draw_psychometric(results, results[PSYCHOMETRIC][0]).axes
-    assert [axes.texts[-1].get_text() for axes in panels] == [
-        "Clothing: inner",
-        "Clothing: inner + outer",
-    ]
+    figure = draw_psychometric(results, results[PSYCHOMETRIC][0], DEFAULT)
+    panels, strips = figure.axes, [text.get_text() for text in figure.texts]
+    assert {"Clothing: inner", "Clothing: inner_outer", "Modulation frequency (Hz)"} < {*strips}
     for first, axes in zip((0, 3), panels, strict=True):
         dots = [each for each in axes.collections if isinstance(each, PathCollection)]
         heights = [np.asarray(each.get_offsets())[:, 1].round(6).tolist() for each in dots]
         assert heights == [[count / 10 for count in counts[first : first + 3]] for counts in CHEST_COUNTS]
         assert {float(size) for each in dots for size in each.get_sizes()} == {16.0}
-        assert axes.get_xlabel() == "Modulation frequency (Hz)"
 
 
 def test_the_group_has_a_curve_through_its_marker_and_an_interval(results: Results) -> None:
     found = results[PSYCHOMETRIC][0]
-    for axes, group in zip(draw_psychometric(results, found).axes, found.groups, strict=True):
+    for axes, group in zip(draw_psychometric(results, found, DEFAULT).axes, found.groups, strict=True):
         assert group.mixed is not None
         (thick,) = [line for line in axes.lines if line.get_linewidth() == 2]
         (marker,) = [line for line in axes.lines if line.get_markersize() == 7]
@@ -58,7 +56,7 @@ def test_the_group_has_a_curve_through_its_marker_and_an_interval(results: Resul
 
 def test_only_functions_that_answers_tell_are_drawn(results: Results) -> None:
     found = results[PSYCHOMETRIC][0]
-    for axes, group in zip(draw_psychometric(results, found).axes, found.groups, strict=True):
+    for axes, group in zip(draw_psychometric(results, found, DEFAULT).axes, found.groups, strict=True):
         people = [each for each in found.participants if each.condition == group.condition]
         thin = [line for line in axes.lines if line.get_linewidth() == 0.6]
         assert len(thin) == sum(each.curve.slope is not None for each in people) == 7
@@ -69,8 +67,8 @@ def test_the_same_results_give_the_same_files(results: Results, tmp_path: Path) 
     for folder in (one, other):
         folder.mkdir()
         with figure_style():
-            figure = draw_psychometric(results, results[PSYCHOMETRIC][0])
-            files = save_figure(figure, folder, "psychometric")
+            figure = draw_psychometric(results, results[PSYCHOMETRIC][0], DEFAULT)
+            files = save_figure(figure, folder, "psychometric", ("png", "svg", "pdf"))
         assert [file.name for file in files] == ["psychometric.png", "psychometric.svg", "psychometric.pdf"]
     for file in one.iterdir():
         assert file.read_bytes() == (other / file.name).read_bytes()
@@ -90,7 +88,7 @@ def test_several_factors_have_a_figure_each(writer: StudyWriter, tmp_path: Path)
         )
     names = {
         file.stem
-        for file in write_results(analyse(writer.folder), tmp_path, ("svg",)).files
+        for file in write_results(analyse(writer.folder), tmp_path, FigureOptions(formats=("svg",))).files
         if file.suffix == ".svg"
     }
     assert names == {"rates", "psychometric_modulation_hz", "psychometric_drive", "timing"}
@@ -100,5 +98,5 @@ def test_several_factors_have_a_figure_each(writer: StudyWriter, tmp_path: Path)
 def test_all_or_none_felt_can_be_drawn(writer: StudyWriter, felt: bool) -> None:
     writer.add("01", chest_answer([10 * felt] * 6))
     results = analyse(writer.folder)
-    for axes in draw_psychometric(results, results[PSYCHOMETRIC][0]).axes:
+    for axes in draw_psychometric(results, results[PSYCHOMETRIC][0], DEFAULT).axes:
         assert len(axes.lines) == 0

@@ -1,7 +1,5 @@
 """Elements: texts escaped, drawings with ids of their own."""
 
-from pathlib import Path
-
 from autd_analysis.report.elements import inline_svg, page_text, tag
 
 SVG = """<?xml version="1.0"?>
@@ -21,15 +19,13 @@ def test_texts_and_attributes_are_escaped() -> None:
     )
 
 
-def test_ids_are_the_drawings_own_and_colours_stay(tmp_path: Path) -> None:
-    file = tmp_path / "drawing.svg"
-    file.write_text(SVG)
-    text = page_text(inline_svg(file, "one", 'a "label"'))
+def test_ids_are_the_drawings_own_and_colours_stay() -> None:
+    text = page_text(inline_svg(SVG.encode(), "one", 'a "label"'))
     assert 'id="one-glyph"' in text
     assert 'href="#one-glyph"' in text
     assert 'id="one-clip"' in text
     assert 'clip-path="url(#one-clip)"' in text
-    assert "fill: #222222; stroke: url(#one-hatch)" in text
+    assert "fill: var(--ink, #222222); stroke: url(#one-hatch)" in text
     assert 'id="one-hatch"' in text
     assert "unused" not in text
     assert "red" not in text

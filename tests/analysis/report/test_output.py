@@ -12,6 +12,7 @@ import pytest
 from autd_analysis.comparisons import COMPARISONS
 from autd_analysis.comparisons.figure import draw_comparisons
 from autd_analysis.rates import RATES
+from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.summary import plain_words
 from autd_analysis.report.writing import results_json, write_results
 from autd_analysis.results import Results
@@ -39,7 +40,7 @@ TABLES = (
 )
 
 
-LOOKED_AT = ("svg",)
+LOOKED_AT = FigureOptions(formats=("svg",))
 """The one format of figures in which words can be looked for; writing all three takes most of the time."""
 
 
@@ -53,7 +54,7 @@ def table(folder: Path, name: str) -> list[dict[str, str]]:
 
 
 def result_figure(results: Results) -> Figure:
-    return draw_comparisons(results[COMPARISONS], results[RATES], results)
+    return draw_comparisons(results[COMPARISONS], results[RATES], results, FigureOptions())
 
 
 def figure_words(study: Path) -> str:
@@ -147,7 +148,7 @@ def test_a_study_of_people_is_nowhere_called_simulated(writer: StudyWriter, tmp_
     for participant, counts in enumerate(CHEST_COUNTS[:3], start=1):
         writer.add(f"{participant:02}", chest_answer(counts), simulated=False)
     results = analyse(writer.folder)
-    write_results(results, tmp_path, formats=LOOKED_AT)
+    write_results(results, tmp_path, LOOKED_AT)
     assert all(row["simulated"] == "no" for row in table(tmp_path, "rates"))
     assert "SIMULATED" not in plain_words(results) + figure_words(writer.folder)
     assert "SIMULATED" not in (tmp_path / "README.md").read_text()
@@ -160,12 +161,12 @@ def test_the_figure_says_what_one_must_know(written: Written) -> None:
         "SIMULATED PARTICIPANTS",
         "Detection rate (felt / trials)",
         "Modulation frequency (Hz)",
-        "inner + outer",
-        "95 % t interval",
+        "inner_outer",
+        "95% t interval",
         "n = 8",
-        "Holm: adjusted over 3 tests",
+        "Holm: p adjusted over 3 tests",
         "the false-alarm rate is undefined",
-        ".0078",
+        ".008",
         "5.77 (7)",
     ):
         assert expected in words
@@ -194,7 +195,7 @@ def test_all_or_none_felt_can_be_written(writer: StudyWriter, tmp_path: Path, fe
     for participant in ("01", "02", "03"):
         writer.add(participant, always(felt))
     results = analyse(writer.folder)
-    write_results(results, tmp_path, formats=LOOKED_AT)
+    write_results(results, tmp_path, LOOKED_AT)
     assert {row["rate"] for row in table(tmp_path, "rates")} == {str(int(felt))}
     assert {row["t_p"] for row in table(tmp_path, "comparisons")} == {"n/a"}
     assert "the t test and the t interval are not defined" in plain_words(results)
@@ -204,7 +205,7 @@ def test_one_participant_one_trial_no_factors(writer: StudyWriter, tmp_path: Pat
     writer.protocol = chest_protocol(within={}, between={}, comparisons=(), repetitions=1)
     writer.add("01", always(True))
     results = analyse(writer.folder)
-    write_results(results, tmp_path, formats=LOOKED_AT)
+    write_results(results, tmp_path, LOOKED_AT)
     (row,) = table(tmp_path, "rates")
     assert (row["rate"], row["interval_low"], row["participants"]) == ("1", "n/a", "1")
     words = plain_words(results)
@@ -217,7 +218,7 @@ def test_catch_trials_are_shown_and_written(writer: StudyWriter, tmp_path: Path)
     for participant in ("01", "02"):
         writer.add(participant, lambda conditions, repetition: repetition == 0)
     results = analyse(writer.folder)
-    write_results(results, tmp_path, formats=LOOKED_AT)
+    write_results(results, tmp_path, LOOKED_AT)
     rows = table(tmp_path, "false_alarms")
     assert [row["clothing"] for row in rows] == ["inner", "inner_outer", "n/a"]
     assert {row["rate"] for row in rows} == {"0.2"}
@@ -234,7 +235,7 @@ def test_only_catch_trials_answered_can_be_written(writer: StudyWriter, tmp_path
             participant,
             lambda conditions, repetition: False if conditions["modulation_hz"] is None else None,
         )
-    write_results(analyse(writer.folder), tmp_path, formats=LOOKED_AT)
+    write_results(analyse(writer.folder), tmp_path, LOOKED_AT)
     assert {row["rate"] for row in table(tmp_path, "rates")} == {"n/a"}
     assert {row["rate"] for row in table(tmp_path, "false_alarms")} == {"0"}
 
@@ -243,7 +244,7 @@ def test_warnings_reach_words_json_and_readme(writer: StudyWriter, tmp_path: Pat
     writer.add("01", chest_answer(CHEST_COUNTS[0]), trials=25)
     writer.add("02", chest_answer(CHEST_COUNTS[1]))
     results = analyse(writer.folder)
-    write_results(results, tmp_path, formats=LOOKED_AT)
+    write_results(results, tmp_path, LOOKED_AT)
     assert results.remarks
     for warning in results.remarks:
         assert warning in plain_words(results)

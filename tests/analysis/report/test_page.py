@@ -12,6 +12,7 @@ import pytest
 from autd_analysis.comparisons import COMPARISONS
 from autd_analysis.data.any_table import read_any_table
 from autd_analysis.data.table_request import TableRequest
+from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.writing import write_results
 from autd_analysis.results import Results
 from autd_analysis.study import analyse
@@ -19,6 +20,7 @@ from autd_analysis.study import analyse
 from autd_trials.protocol.schema import Comparison, Level
 from autd_trials.testing.recorded import Answer, StudyWriter
 from tests.analysis.conftest import CHEST_COUNTS, chest_answer, chest_protocol
+from tests.analysis.made_up import made_up
 
 HOSTILE = '--><script>alert("1")</script>&amp;\'$\\alpha$'
 VOID = {"meta", "wbr", "br", "hr", "img", "input", "link", "area", "base", "col", "embed", "source", "track"}
@@ -88,7 +90,7 @@ def chest_report(tmp_path_factory: pytest.TempPathFactory) -> Report:
 
 
 def written(results: Results, folder: Path) -> Report:
-    write_results(results, folder, formats=("svg",))
+    write_results(results, folder, FigureOptions(formats=("svg",)))
     return Report(results, folder, Page((folder / "report.html").read_text(encoding="utf-8")))
 
 
@@ -143,7 +145,10 @@ def test_it_can_be_read_by_everybody(chest_report: Report) -> None:
 def test_texts_for_a_manuscript_have_the_numbers(chest_report: Report) -> None:
     words = chest_report.page.words
     assert "Eight simulated participants took part in eight sessions." in words
-    assert "Modulation frequency (25, 50, 100 Hz) and clothing (inner, inner + outer)" in words
+    assert (
+        "Modulation frequency (25, 50, 100\N{NARROW NO-BREAK SPACE}Hz) and clothing (inner, inner_outer)"
+        in words
+    )
     # Seven sessions of 60 stimuli and 10 catch trials; of the eighth a block of 30 and 5, then 4 and 1.
     assert "530 trials were analysed: 454 with a stimulus" in words
     assert "and 76 catch trials without one" in words
@@ -152,9 +157,10 @@ def test_texts_for_a_manuscript_have_the_numbers(chest_report: Report) -> None:
     assert at_100.paired_t is not None
     assert at_100.mean is not None
     assert (
-        f"At modulation frequency 100 Hz, the detection rate was {at_100.mean:.2f} higher with inner" in words
+        f"100\N{NARROW NO-BREAK SPACE}Hz, the detection rate was .{100 * at_100.mean:.0f} higher with inner"
+        in words
     )
-    assert f"t({at_100.paired_t.df}) = {at_100.paired_t.t:.2f}" in words
+    assert f"t({at_100.paired_t.df}) = {at_100.paired_t.t:.2f}" in words.replace("\N{NO-BREAK SPACE}", " ")
     assert "SIMULATED PARTICIPANTS: these are no data about people." in words
 
 
@@ -210,3 +216,52 @@ def test_a_browser_reads_it_as_it_was_meant(chest_report: Report, tmp_path: Path
     for name in ("svg", "use", "path", "table", "tr", "td", "th", "section", "dt", "dd", "p"):
         assert seen.tags[name] == chest_report.page.tags[name], name
     assert seen.words.split() == chest_report.page.words.split()
+
+
+def test_it_opens_with_the_answers_beside_the_main_figure(chest_report: Report) -> None:
+    text = chest_report.page.text
+    places = [text.index(f'id="{name}"') for name in ("answer", "remarks", "methods", "results", "tables")]
+    assert places == sorted(places)
+    opening = text[places[0] : places[1]]
+    assert opening.count("<svg") == 1
+    found = [answer for view in chest_report.results.views for answer in view.answers]
+    assert len(found) == 3
+    for answer in found:
+        assert answer.where in opening
+        assert answer.sentence.split(":")[0] in opening
+
+
+def test_every_figure_has_one_caption_and_no_words_of_its_own_below(chest_report: Report) -> None:
+    page = chest_report.page
+    assert page.tags["figcaption"] == page.tags["figure"] == page.tags["svg"]
+    assert page.words.count("thin lines join the same one") == 2  # of rates and of timing
+    assert page.tags["pre"] == 0
+
+
+def test_tables_are_folded_and_shown_on_paper(chest_report: Report) -> None:
+    page = chest_report.page
+    tables = [table for table in chest_report.results.tables if table.rows]
+    assert page.tags["details"] >= 2 * len(tables)
+    assert "open" not in {name for tag, name, _ in page.attributes if tag == "details"}
+    assert "details::details-content" in page.text
+    assert "prefers-color-scheme: dark" in page.text
+
+
+def test_methods_come_from_the_log(chest_report: Report) -> None:
+    words = chest_report.page.words.replace("\N{NARROW NO-BREAK SPACE}", " ")
+    for said in (
+        "from 9 emulated AUTD3 devices (2241 transducers)",
+        "A stimulus was a focus for 1 s",
+        "modulated by a sine of 25, 50 or 100 Hz, depth 1",
+        "A press within 2.5 s of the onset counted as felt",
+        "a pause of 1.5\N{EN DASH}2.5 s",
+        "No sound masked that of the array.",
+        "Foci, in mm in the frame of unit 1",
+    ):
+        assert said in words
+
+
+def test_names_from_right_to_left_are_isolated(tmp_path: Path) -> None:
+    study = made_up(tmp_path, {"الملابس": ("قطن 25", "صوف 100")}, compared="الملابس", people=3)
+    page = written(study, tmp_path / "out").page
+    assert "\u2068قطن 25\u2069" in page.words

@@ -14,6 +14,7 @@ from autd_analysis.detectability import DETECTABILITY
 from autd_analysis.interactions import INTERACTIONS
 from autd_analysis.models import MODELS
 from autd_analysis.order import ORDER
+from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.writing import write_results
 from autd_analysis.results import Results
 from autd_analysis.sensitivity import SENSITIVITY
@@ -153,7 +154,7 @@ def test_the_studys_rates_are_not_compared_and_it_says_why(results: Results) -> 
 
 
 def test_the_tables_have_every_track(results: Results, tmp_path: Path) -> None:
-    write_results(results, tmp_path, formats=("svg",))
+    write_results(results, tmp_path, FigureOptions(formats=("svg",)))
     lines = (tmp_path / "thresholds_by_participant.tsv").read_text().splitlines()
     assert len(lines) == 1 + 8 * 2
     assert len((tmp_path / "thresholds.tsv").read_text().splitlines()) == 1 + 2
