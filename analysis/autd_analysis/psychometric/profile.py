@@ -176,7 +176,7 @@ class Profile:
         half, row = others.shape[1] // 2, np.arange(len(points))
         best = [values[:, :half].argmax(axis=1), half + values[:, half:].argmax(axis=1)]
         found = np.tile(full, (2, len(points), 1))
-        found[:, :, 2 * number + 1 - QUANTITIES.index(quantity)] = [others[row, each] for each in best]
+        found[:, :, 2 * number + 1 - QUANTITIES.index(quantity)] = np.stack([others[row, each] for each in best])
         rows = whole.likelihood.values(whole.felt[None], full[None])[0]
         rows[number, : len(whole.conditions[number].x)] = 0
         return found, float(rows.sum()) + np.array([values[row, each] for each in best])

@@ -312,6 +312,6 @@ def _notes_on_fits(people: Sequence[ParticipantCurve], options: PsychometricOpti
     felt, n = sum(float(each.felt[0]) for each in lowest), sum(float(each.n[0]) for each in lowest)
     if options.guess is None and n and felt / n >= _MOST_FELT:
         yield (
-            f"{felt / n:.0%} of the stimuli of the lowest levels were felt, while the guess rate is taken as 0: "
-            "where answers can be right by chance, say how often (two alternatives: --guess 0.5)"
+            f"{felt / n:.0%} of the stimuli of the lowest levels were felt, while the guess rate is taken as "
+            "0: where answers can be right by chance, say how often (two alternatives: --guess 0.5)"
         )
