@@ -130,11 +130,11 @@ class Profile:
             low[index, gone] = high[index, gone] = 0
             if quantity == "threshold":
                 offset[index, number] = at_threshold, 0
-                transform[index, number] = [[0, -point], [0, 1]]
+                transform[index, number] = np.array([[0.0, -point], [0.0, 1.0]])
             else:
                 steepness = math.exp(point)
                 offset[index, number] = at_threshold, steepness
-                transform[index, number] = [[-steepness, 0], [0, 0]]
+                transform[index, number] = np.array([[-steepness, 0.0], [0.0, 0.0]])
         return Restriction(offset, transform), low, high
 
     def _starts(self) -> Array:
@@ -176,7 +176,7 @@ class Profile:
         half, row = others.shape[1] // 2, np.arange(len(points))
         best = [values[:, :half].argmax(axis=1), half + values[:, half:].argmax(axis=1)]
         found = np.tile(full, (2, len(points), 1))
-        found[:, :, 2 * number + 1 - QUANTITIES.index(quantity)] = np.stack([others[row, each] for each in best])
+        found[:, :, 2 * number + 1 - QUANTITIES.index(quantity)] = [others[row, each] for each in best]
         rows = whole.likelihood.values(whole.felt[None], full[None])[0]
         rows[number, : len(whole.conditions[number].x)] = 0
         return found, float(rows.sum()) + np.array([values[row, each] for each in best])
