@@ -107,6 +107,5 @@ def with_differences(result: ComparisonResult, differences: Sequence[float]) -> 
         paired_t=t,
         sign_flip_holm=flip.p if flip else None,
         paired_t_holm=t.p if t else None,
-        sign_flip_tests=1,
-        paired_t_tests=1,
+        family=1,
     )

@@ -462,7 +462,7 @@ class Study:
                 np.sqrt((weights * (each - mean[:, None]) ** 2).sum(axis=1) + 1e-4)
                 for each, mean in zip(places, means, strict=True)
             ]
-            region = np.stack([np.stack(each, axis=1) for each in (means, 8 * np.array(spreads))], axis=2)
+            region = np.stack([np.array(means).T, 8 * np.array(spreads).T], axis=2)
         return region
 
     def _places(self, region: Array) -> tuple[Array, Array]:
@@ -565,8 +565,12 @@ def agreement(name: str, made: dict[str, Any], seed: int) -> tuple[float, float]
     error = float(np.abs(ours / its - 1).max())
     if seed % 5:
         return error, math.nan
+
+    def loss(x: Array) -> float:
+        return -answered.log_likelihood(x)
+
     tops = [
-        -float(minimize(lambda x: -answered.log_likelihood(x), start, method="L-BFGS-B").fun)
+        -float(minimize(loss, start, method="L-BFGS-B").fun)
         for start in (at, np.array([0.0, 1.0, 0.5, 0.0, 0.2]), np.array([0.0, 2.0, 1.5, 0.3, 1.0]))
     ]
     return error, max(tops) - answered.log_likelihood(at)

@@ -227,7 +227,7 @@ def _answer(result: ComparisonResult, labels: Labels) -> str:
         direction(result.mean),
         result.sign_flip,
         result.sign_flip_holm if result.sign_flip else result.paired_t_holm,
-        result.sign_flip_tests,
+        result.family,
         (
             f"felt more often with {first} than with {second}",
             f"felt less often with {first} than with {second}",

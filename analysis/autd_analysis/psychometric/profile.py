@@ -130,11 +130,11 @@ class Profile:
             low[index, gone] = high[index, gone] = 0
             if quantity == "threshold":
                 offset[index, number] = at_threshold, 0
-                transform[index, number] = [[0, -point], [0, 1]]
+                transform[index, number] = np.array([[0.0, -point], [0.0, 1.0]])
             else:
                 steepness = math.exp(point)
                 offset[index, number] = at_threshold, steepness
-                transform[index, number] = [[-steepness, 0], [0, 0]]
+                transform[index, number] = np.array([[-steepness, 0.0], [0.0, 0.0]])
         return Restriction(offset, transform), low, high
 
     def _starts(self) -> Array:

@@ -45,7 +45,7 @@ def starting_points(problem: Problem, felt: Array) -> tuple[Array, Array]:
         Shapes (starts, data sets, size) and (starts, data sets).
     """
     found = [_start(problem, felt, rates) for rates in rates_to_try(problem)]
-    if len(problem.conditions) == 1 and sum(problem.likelihood.rate_counts) and len(problem.levels(0)):
+    if len(problem.conditions) == 1 and any(problem.likelihood.rate_counts) and len(problem.levels(0)):
         found.append(_step_start(problem, felt))
     starts, values = (np.concatenate(each) for each in zip(*found, strict=True))
     return starts, values

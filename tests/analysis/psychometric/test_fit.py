@@ -2,15 +2,18 @@
 
 import math
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 import pytest
-from autd_analysis.psychometric.fit import Curve, fit
+from autd_analysis.psychometric.fit import NOT_AT_REST, Curve, fit
 from autd_analysis.psychometric.functions import Axis, Core, psychometric_function, slope_per_steepness
-from autd_analysis.psychometric.model import Answers, Model, answers, axis_of
-from hypothesis import given
+from autd_analysis.psychometric.likelihood import Rate
+from autd_analysis.psychometric.model import Answers, Model, answers, axis_of, problem
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import Bounds, differential_evolution
+from scipy.special import xlogy
 
 from tests.analysis.psychometric.conftest import CASES, CORES, OCTAVES, reference
 
@@ -57,34 +60,101 @@ def log_likelihood(
     return total
 
 
-@pytest.mark.parametrize("core", CORES.values(), ids=CORES)
-@pytest.mark.parametrize("kind", ["shared", "free"])
-def test_guess_and_lapse_shared_or_free_against_a_global_search(core: Core, kind: str) -> None:
-    model = Model(
-        core, guess="shared" if kind == "shared" else "free", lapse="shared" if kind == "shared" else "free"
-    )
-    fitted = fit([INNER, OUTER], model, OCTAVES)
-    rates = 1 if kind == "shared" else 2
+def highest_log_likelihood(core: Core, conditions: Sequence[Answers]) -> float:
+    """Return the largest log likelihood with common guess and lapse rates, by differential evolution."""
+    count = len(conditions)
 
     def loss(x: np.ndarray) -> float:
-        guesses, lapses = np.resize(x[4 : 4 + rates], 2), np.resize(x[4 + rates :], 2)
-        return -log_likelihood(
-            core,
-            [INNER, OUTER],
-            x[:2].tolist(),
-            x[2:4].tolist(),
-            np.resize(guesses, 2).tolist(),
-            np.resize(lapses, 2).tolist(),
-        )
+        rates = [[float(each)] * count for each in x[2 * count :]]
+        return -log_likelihood(core, conditions, x[:count].tolist(), x[count : 2 * count].tolist(), *rates)
 
-    bounds = Bounds(
-        [3.0] * 2 + [-1.5] * 2 + [0.0] * 2 * rates, [9.0] * 2 + [1.5] * 2 + [0.4] * rates + [0.5] * rates
+    bounds = Bounds([3.0] * count + [-1.5] * count + [0.0] * 2, [9.0] * count + [1.5] * count + [0.4, 0.5])
+    return -float(differential_evolution(loss, bounds, seed=1, tol=1e-9, maxiter=200, popsize=8).fun)
+
+
+@pytest.mark.parametrize("core", CORES.values(), ids=CORES)
+@pytest.mark.parametrize("rates", ["shared", "free"])
+def test_guess_and_lapse_shared_or_free_against_a_global_search(
+    core: Core, rates: Literal["shared", "free"]
+) -> None:
+    fitted = fit([INNER, OUTER], Model(core, guess=rates, lapse=rates), OCTAVES)
+    groups = [[INNER, OUTER]] if rates == "shared" else [[INNER], [OUTER]]
+    highest = sum(highest_log_likelihood(core, group) for group in groups)
+    assert fitted.log_likelihood == pytest.approx(highest, abs=2e-4)
+    inner, outer = fitted.curves
+    assert (inner.guess == outer.guess) is (rates == "shared")
+
+
+AFTER_GUESSES, ALTERNATIVES = (Model(CORES["Weibull"], guess, "free") for guess in (0.25, 0.5))
+LAPSE_FREE, BOTH_FREE = Model(CORES["Weibull"], 0.05, "free"), Model(CORES["logistic"], "free", "free")
+
+
+@pytest.mark.parametrize(
+    ("model", "felt", "n", "likeliest"),
+    [
+        # a step whose lapse rate is 0: steps of the common size did not let the rate move
+        (LAPSE_FREE, (0, 1, 0, 0, 6), (6,) * 5, [(1, 24, 0.05), (6, 6, 1.0)]),
+        # after it a lapse rate of 1 in 20
+        (AFTER_GUESSES, (2, 3, 20, 18), (10, 10, 20, 20), [(5, 20, 0.25), (38, 40, 0.95)]),
+        # a step with the largest lapse rate, which no coarse grid of rates knows
+        (ALTERNATIVES, (17, 20, 24, 19, 23, 24), (40,) * 6, [(80, 160, 0.5), (23, 40, 0.575), (24, 40, 0.6)]),
+        # nearly all felt: the flat function is likeliest, and a slightly rising one saturates
+        (Model(CORES["normal"], 0.0, 0.1), (4, 5, 4), (4, 6, 5), [(13, 15, 13 / 15)]),
+        # one slip in each half
+        (BOTH_FREE, (1, 0, 0, 11, 12, 12), (12,) * 6, [(1, 36, 1 / 36), (35, 36, 35 / 36)]),
+    ],
+)  # fmt: skip
+def test_steps_and_flat_functions_are_as_likely_as_their_shares(
+    model: Model, felt: Sequence[int], n: Sequence[int], likeliest: Sequence[tuple[int, int, float]]
+) -> None:
+    rows = [(2.0**octave, float(f), float(k)) for octave, (f, k) in enumerate(zip(felt, n, strict=True))]
+    fitted = fit([answers(rows, OCTAVES)], model, OCTAVES)
+    expected = float(sum(xlogy(f, p) + xlogy(k - f, 1 - p) for f, k, p in likeliest))
+    assert fitted.log_likelihood >= expected - 1e-7
+    assert NOT_AT_REST not in fitted.curves[0].notes
+
+
+def test_a_large_lapse_rate_is_found() -> None:
+    x = np.geomspace(1, 64, 7)
+    felt = 2000 * psychometric_function(CORES["normal"], OCTAVES, x, threshold=8, slope=0.6, lapse=0.45)
+    rows = list(zip(x, felt, [2000.0] * 7, strict=True))
+    (curve,) = fit([answers(rows, OCTAVES)], Model(guess=0.0, lapse="free"), OCTAVES).curves
+    assert (curve.threshold, curve.slope, curve.lapse) == pytest.approx((8, 0.6, 0.45), rel=1e-4)
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    felt=st.lists(st.integers(0, 8), min_size=3, max_size=7),
+    core=st.sampled_from(list(CORES.values())),
+    guess=st.sampled_from([0.0, 0.1, 0.5, "free"]),
+    lapse=st.sampled_from([0.0, 0.02, 0.3, "free"]),
+    seed=st.integers(0, 1000),
+)
+def test_no_other_function_is_likelier(
+    felt: list[int], core: Core, guess: Rate, lapse: Rate, seed: int
+) -> None:
+    octaves = np.arange(len(felt), dtype=float)
+    rows = [(2.0**octave, float(each), 8.0) for octave, each in zip(octaves, felt, strict=True)]
+    model = Model(core, guess, lapse)
+    fitted = fit([answers(rows, OCTAVES)], model, OCTAVES)
+    generator = np.random.default_rng(seed)
+    highest = model.highest_rates
+    guesses, lapses = (
+        generator.uniform(0, most, (500, 1)) if isinstance(rate, str) else np.full((500, 1), rate)
+        for rate, most in zip((guess, lapse), highest, strict=True)
     )
-    found = differential_evolution(loss, bounds, seed=1, tol=1e-10, maxiter=300, popsize=8)
-    assert fitted.log_likelihood == pytest.approx(-found.fun, abs=2e-4)
-    if kind == "shared":
-        assert fitted.curves[0].guess == fitted.curves[1].guess
-        assert fitted.curves[0].guess == pytest.approx(found.x[4], abs=0.01)
+    threshold, steepness = generator.uniform(-4, 10, (500, 1)), np.exp(generator.uniform(-3, 4, (500, 1)))
+    p = guesses + (1 - guesses - lapses) * core.distribution(steepness * (octaves - threshold))[0]
+    tried = (xlogy(felt, p) + xlogy(8 - np.array(felt), np.maximum(1 - p, 1e-300))).sum(axis=1)
+    assert fitted.log_likelihood >= tried.max() - 1e-6
+
+
+def test_what_is_not_at_rest_is_known() -> None:
+    whole = problem([INNER], EXACT, OCTAVES)
+    felt, (low, high) = whole.felt[None], whole.bounds()
+    fitted = fit([INNER], EXACT, OCTAVES).parameters[None]
+    assert whole.likelihood.at_rest(felt, fitted, (low[None], high[None]))[0]
+    assert not whole.likelihood.at_rest(felt, fitted + np.array([0.3, 0.0]), (low[None], high[None]))[0]
 
 
 @pytest.mark.parametrize("felt", [(1, 0, 0), (0, 2, 0, 2)])
@@ -211,6 +281,7 @@ def test_a_rate_at_its_bound_is_said() -> None:
     assert "the guess rate is at the highest allowed, 0.4" in curve.notes
 
 
+@settings(max_examples=40, deadline=None)
 @given(
     felt=st.lists(st.integers(0, 6), min_size=5, max_size=5),
     scale=st.sampled_from([0.001, 0.1, 3.0, 1000.0]),

@@ -54,6 +54,18 @@ def test_tails_add_up_and_quantiles_invert(core: Core) -> None:
 
 
 @each_core
+def test_derivatives_are_those_of_the_distribution(core: Core) -> None:
+    predictor, step = np.linspace(-8, 4, 97), 1e-5
+    below, above, density, bend = core.derivatives(predictor)
+    assert np.stack([below, above]) == pytest.approx(np.stack(core.distribution(predictor)))
+    assert density == pytest.approx(core.density(predictor))
+    ends = [core.distribution(predictor + side)[0] for side in (step, -step)]
+    assert density == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-8)
+    ends = [core.density(predictor + side) for side in (step, -step)]
+    assert bend == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-8)
+
+
+@each_core
 @given(
     threshold=st.floats(1e-3, 1e3),
     slope=st.floats(1e-3, 50),

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -137,6 +137,48 @@ def test_rates_are_read_as_they_are_typed() -> None:
     assert [read_rate(word, "guess") for word in ("0.5", "free", "shared")] == [0.5, "free", "shared"]
     with pytest.raises(UsageError, match="the lapse rate is 'half'"):
         read_rate("half", "lapse")
+
+
+def constant(rates: Sequence[float], people: int, trials: int, seed: int = 1) -> Trials:
+    """Return trials of people who are right at these rates at drives 0.05, 0.1, ..."""
+    generator = np.random.default_rng(seed)
+    records = [
+        {
+            "participant": f"{person}", "session": "1", "block": 1, "trial": number, "attempt": 1,
+            "trial_type": "stimulus", "trial_status": "complete", "felt": bool(generator.random() < rate),
+            "response_time_s": math.nan, "used": True, "drive": 0.05 * 2**place,
+        }
+        for person in range(people)
+        for place, rate in enumerate(rates)
+        for number in range(trials)
+    ]  # fmt: skip
+    table = pd.DataFrame.from_records(records).astype({"felt": "boolean", "drive": "object"})
+    return Trials(design(), table, simulated=True, warnings=(), inputs=())
+
+
+def test_two_alternatives_need_a_guess_rate_and_are_told_so() -> None:
+    trials = constant((0.5, 0.52, 0.74, 0.95, 0.98), people=5, trials=60)
+    without, given = (
+        psychometric_results(trials, "drive", PsychometricOptions(guess=guess)) for guess in (None, 0.5)
+    )
+    assert any("--guess 0.5" in note for note in without.notes)
+    assert not any("--guess" in note for note in given.notes)
+    (wrong,), (right,) = without.groups, given.groups
+    assert wrong.threshold.value is not None
+    assert right.threshold.value == pytest.approx(0.2, rel=0.2)
+    assert wrong.threshold.value < 0.1
+    assert given.threshold_rates == pytest.approx((0.74, 0.74))
+    assert right.mixed is not None
+    assert right.mixed.threshold == pytest.approx(0.2, rel=0.2)
+
+
+def test_a_function_that_does_not_fit_is_remarked() -> None:
+    wavy = constant((0.1, 0.8, 0.3, 0.9, 0.95), people=1, trials=60)
+    found = psychometric_results(wavy, "drive")
+    assert any("do not fit" in note and "1 of 1" in note for note in found.notes)
+    assert any("does not fit: deviance p = 0.0025" in note for note in found.participants[0].notes)
+    smooth = psychometric_results(constant((0.03, 0.2, 0.5, 0.8, 0.95), people=1, trials=60), "drive")
+    assert not any("fit" in note for note in (*smooth.notes, *smooth.participants[0].notes))
 
 
 @pytest.mark.parametrize("along", ["no_such", "trial_type"])
