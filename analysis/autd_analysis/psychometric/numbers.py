@@ -193,7 +193,9 @@ def psychometric_results(
     groups = tuple(
         _group(cell, [each for each in people if each.condition == cell], core, axis) for cell in cells
     )
-    notes, remarks = tuple(_notes(along, axis, levels)), tuple(_guess_remarks(people, options))
+    notes = tuple(_notes(along, axis, levels))
+    # What a protocol recorded are felt and not felt; a table's answers may be right and wrong.
+    remarks = () if trials.logged else tuple(_guess_remarks(people, options))
     return PsychometricResults(along, axis, core, people, groups, notes, remarks)
 
 
