@@ -32,21 +32,18 @@ SINGULAR = 1e-3
 """A standard deviation of random effects below it is practically zero."""
 
 _MOST_STEPS = 100
-_CONVERGED = 1e-7
-_NEARLY_CONVERGED = 1e-3
 _SMALLEST_STEP = 1e-3
-_RESTING = 5e-5
-_LITTLE = 5e-3
-_LARGEST_DEVIATION = 20.0
-_FARTHEST = 40.0
+_CONVERGED, _NEARLY_CONVERGED = 1e-7, 1e-3  # what the next step promises to gain in log likelihood
+_RESTING = 5e-5  # what the next number of nodes may change in it
+_LITTLE = 5e-3  # what may be left to gain where estimates grow without bound
+_DOWNWARD, _OFF_A_SADDLE = 1e-4, 0.1
+_LARGEST_DEVIATION, _FARTHEST = 20.0, 40.0  # logits: that are estimates, and that are climbed to
+_FAR_LOGIT, _UNCERTAIN = 10.0, 30.0
+_FLAT, _INVOLVED = 1e-5, 1e-3
 _CORRELATED = 0.999
-_FLAT = 1e-5
-"""Information, in 1 / logit squared, below which an estimate is uncertain by hundreds of logits."""
-
-_FAR_LOGIT = 10.0
-_INVOLVED = 1e-3
-_DOWNWARD = 1e-4
-_OFF_A_SADDLE = 0.1
+_LEAST_START = 0.3
+_MATTERS = 1.0  # chi-squared for a contrast
+_AT_ITS_WORST = 0.3  # how far the log likelihood by 9 nodes is off where more are needed
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,8 +176,7 @@ def fit_nested(
         return full.trouble
     basis = null_space(contrasts)
     fewer = BinomialRows(rows.felt, rows.trials, rows.fixed @ basis, rows.random, rows.participant)
-    start = np.concatenate([basis.T @ full.coefficients, _entries(full.factor)])
-    reduced = fit_glmm(fewer, full.nodes, link, start)
+    reduced = _fit_reduced(fewer, basis.T @ full.coefficients, contrasts @ full.coefficients, full, link)
     if not reduced.rested:
         return "not at rest"
     if full.nodes < reduced.nodes:
@@ -189,6 +185,35 @@ def fit_nested(
         return full.trouble
     statistic = max(0.0, 2 * (full.log_likelihood - reduced.log_likelihood))
     return Nested(full, reduced, statistic, _upper_chi2(statistic, len(contrasts)))
+
+
+def _fit_reduced(rows: BinomialRows, beta: Array, effects: Array, full: GlmmFit, link: Link) -> GlmmFit:
+    """Fit the model without the effects, from where the full one is.
+
+    The people's slopes must then hold the effect, which they may do with a correlation near 1 or near -1:
+    there may be a maximum at either, and it is looked for where the effect matters.
+    """
+    floor = np.diag(
+        np.maximum(0.0, _LEAST_START - np.diag(full.factor))
+    )  # off the ridge of correlations of 1
+    best = fit_glmm(rows, full.nodes, link, np.concatenate([beta, _entries(full.factor + floor)]))
+    matters = 2 * (full.log_likelihood - best.log_likelihood) > _MATTERS * len(effects)
+    if len(full.factor) != 2 or not matters:
+        return best
+    intercept = max(_LEAST_START, float(full.factor[0, 0]))
+    margin = 2 * _NEARLY_CONVERGED if best.nodes == DEFAULT_NODES else -_AT_ITS_WORST
+    slope = math.hypot(*full.factor[1], float(np.abs(effects).max()), _LEAST_START)
+    for correlation in (-0.9, 0.9):
+        entries = [intercept, correlation * slope, math.sqrt(1 - correlation**2) * slope]
+        other = _newton(
+            Marginal(rows, DEFAULT_NODES, link), np.concatenate([beta, entries]), _NEARLY_CONVERGED
+        )
+        if other.at.value < best.log_likelihood + margin:
+            continue
+        found = fit_glmm(rows, full.nodes, link, other.parameters)
+        if found.rested and found.log_likelihood > best.log_likelihood + _RESTING:
+            best = found
+    return best
 
 
 def _entries(factor: Array) -> Array:
@@ -215,13 +240,13 @@ def _climb(model: Marginal, start: Array) -> _Rest:
     return rest
 
 
-def _newton(model: Marginal, parameters: Array) -> _Rest:
+def _newton(model: Marginal, parameters: Array, enough: float = _CONVERGED) -> _Rest:
     """Climb by Newton's steps; they may fail near the maximum, where nodes are too few."""
     at = model.derivatives(parameters)
     for _ in range(_MOST_STEPS):
         step = _ascent(at)
         gain = float(at.gradient @ step)
-        if gain < _CONVERGED:
+        if gain < enough:
             upward = _off_a_saddle(at)
             if upward is None:
                 return _Rest(parameters + step, at, None, rested=True)
@@ -310,7 +335,7 @@ def _result(model: Marginal, rest: _Rest) -> GlmmFit:
     turned = np.concatenate([np.ones(model.p), signs[model.lower[1]]])
     covariance, flat = _covariance(rest.at.information, model.p)
     trouble = rest.trouble
-    if trouble is None and flat:
+    if trouble is None and (flat or np.diag(covariance)[: model.p].max() > _UNCERTAIN**2):
         trouble = "unbounded" if np.abs(beta).max() > _FAR_LOGIT else "undetermined"
     elif trouble is None and _deviation(model, rest.parameters) > _LARGEST_DEVIATION:
         trouble = "unbounded"
