@@ -132,7 +132,7 @@ def _study(levels: int, people: int, factors: int, hertz: int = 2) -> Results:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "table.csv"
         path.write_text("\n".join(rows) + "\n", encoding="utf-8")
-        trials = read_any_table(path, TableRequest(columns, its_levels, tuple(comparisons)))
+        trials = read_any_table([path], TableRequest(columns, its_levels, tuple(comparisons)))
     return analyse(trials, only=["rates", "comparisons", "timing", *(["psychometric"] if hertz > 2 else [])])
 
 
