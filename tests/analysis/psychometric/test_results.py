@@ -12,6 +12,7 @@ from autd_analysis.data.design import Design, StudyFactor
 from autd_analysis.data.trials import Trials
 from autd_analysis.psychometric import PSYCHOMETRIC
 from autd_analysis.psychometric.functions import NORMAL, psychometric_function
+from autd_analysis.psychometric.misfit import misfits
 from autd_analysis.psychometric.numbers import psychometric_results
 from autd_analysis.psychometric.options import PsychometricOptions, read_rate
 from autd_analysis.study import analyse
@@ -161,8 +162,8 @@ def test_two_alternatives_need_a_guess_rate_and_are_told_so() -> None:
     without, given = (
         psychometric_results(trials, "drive", PsychometricOptions(guess=guess)) for guess in (None, 0.5)
     )
-    assert any("--guess 0.5" in note for note in without.notes)
-    assert not any("--guess" in note for note in given.notes)
+    assert any("--guess 0.5" in remark for remark in without.remarks)
+    assert given.remarks == ()
     (wrong,), (right,) = without.groups, given.groups
     assert wrong.threshold.value is not None
     assert right.threshold.value == pytest.approx(0.2, rel=0.2)
@@ -175,10 +176,10 @@ def test_two_alternatives_need_a_guess_rate_and_are_told_so() -> None:
 def test_a_function_that_does_not_fit_is_remarked() -> None:
     wavy = constant((0.1, 0.8, 0.3, 0.9, 0.95), people=1, trials=60)
     found = psychometric_results(wavy, "drive")
-    assert any("do not fit" in note and "1 of 1" in note for note in found.notes)
+    assert any("do not fit" in remark and "1 of 1" in remark for remark in misfits([found]))
     assert any("does not fit: deviance p = 0.0025" in note for note in found.participants[0].notes)
     smooth = psychometric_results(constant((0.03, 0.2, 0.5, 0.8, 0.95), people=1, trials=60), "drive")
-    assert not any("fit" in note for note in (*smooth.notes, *smooth.participants[0].notes))
+    assert not any("fit" in said for said in (*misfits([smooth]), *smooth.participants[0].notes))
 
 
 @pytest.mark.parametrize("along", ["no_such", "trial_type"])
