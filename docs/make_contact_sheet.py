@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 from autd_analysis.comparisons import COMPARISONS
-from autd_analysis.data.any_table import read_any_table
-from autd_analysis.data.table_request import TableRequest
+from autd_analysis.data.foreign.request import TableRequest
+from autd_analysis.data.foreign.tables import read_tables
 from autd_analysis.psychometric import PSYCHOMETRIC
 from autd_analysis.rates import RATES
 from autd_analysis.report.facets import study_facets
@@ -132,7 +132,7 @@ def _study(levels: int, people: int, factors: int, hertz: int = 2) -> Results:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "table.csv"
         path.write_text("\n".join(rows) + "\n", encoding="utf-8")
-        trials = read_any_table([path], TableRequest(columns, its_levels, tuple(comparisons)))
+        trials = read_tables([path], TableRequest(columns, its_levels, tuple(comparisons)))
     return analyse(trials, only=["rates", "comparisons", "timing", *(["psychometric"] if hertz > 2 else [])])
 
 

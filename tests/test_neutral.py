@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from autd_analysis.data.any_table import read_table
+from autd_analysis.reading import read_table
 from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.writing import write_results
 from autd_analysis.study import analyse

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING
 from autd_trials.face import lazy
 
 if TYPE_CHECKING:
-    from autd_analysis.data.any_table import read_table
     from autd_analysis.data.trials import Trials
-    from autd_analysis.reading import read_study
+    from autd_analysis.reading import read_study, read_table
     from autd_analysis.report.figure_options import FigureOptions, labelled_trials
     from autd_analysis.report.writing import write_results
     from autd_analysis.results import Results
@@ -48,7 +47,7 @@ __getattr__ = lazy(
         "analyse": "study",
         "labelled_trials": "report.figure_options",
         "read_study": "reading",
-        "read_table": "data.any_table",
+        "read_table": "reading",
         "write_results": "report.writing",
     },
 )

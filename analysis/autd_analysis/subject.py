@@ -113,7 +113,7 @@ class Subject(Generic[Found]):
     compute
         Returns what was found in the trials; it may take what its `needs` found from the results so far.
         `NotApplicable` if the design has nothing of the kind. A `TrialsError` is a remark with its cause; any
-        other exception is an error of ours, which is told, and stops no other subject.
+        other exception is an error of ours, which is reported, and stops no other subject.
     needs
         The subjects whose results it takes. They are computed also where they were not asked for.
     definitions
@@ -140,7 +140,7 @@ class Subject(Generic[Found]):
 
 
 def failure(subject: str, error: Exception, what: str = "") -> Failed:
-    """Return what is told of an error of ours, within the handler that caught it.
+    """Return the report of an error of ours, within the handler that caught it.
 
     Parameters
     ----------

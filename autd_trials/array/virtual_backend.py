@@ -90,6 +90,7 @@ class VirtualBackend:
 
     def load(self, burst: Burst) -> None:
         """Silence the devices and preload a burst."""
+        self._require_open()
         self._halted.refuse()
         self.silence()
         self._loaded = burst
@@ -114,6 +115,7 @@ class VirtualBackend:
 
     def states(self) -> DeviceStates:
         """Return the devices' states."""
+        self._require_open()
         return self._states_at(self._now_ns())
 
     def reading(self) -> "_Reading":
@@ -158,6 +160,7 @@ class VirtualBackend:
         """Silence the devices; lost ones end their burst by themselves."""
         with contextlib.suppress(DeviceError):
             self.silence()
+        self._devices = 0
 
     def emitted_amplitude(self, device_ns: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the pressure amplitude, 0 to 1 of the array's largest, at device times in ns (any shape)."""
@@ -166,6 +169,10 @@ class VirtualBackend:
         )
         muted = device_ns >= self._device_ns(self.faults.failsafe_from_s)
         return np.where(muted, 0.0, emitted)
+
+    def _require_open(self) -> None:
+        if not self._devices:
+            raise RuntimeError("the array is not open")
 
     def _states_at(self, device_ns: int) -> DeviceStates:
         host_s = (device_ns - _EPOCH_NS) / 1e9

@@ -16,7 +16,7 @@ from autd_trials.errors import UsageError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from autd_analysis.data.table_request import TableRequest
+    from autd_analysis.data.foreign.request import TableRequest
     from autd_analysis.data.trials import Trials
     from autd_analysis.psychometric.options import PsychometricOptions
     from autd_analysis.report.figure_options import FigureOptions
@@ -188,7 +188,7 @@ def _of_study(study: Path, options: argparse.Namespace) -> "tuple[Trials, Path]"
 
 
 def _of_tables(options: argparse.Namespace) -> "tuple[Trials, Path]":
-    from autd_analysis.data.any_table import read_any_table, table_paths
+    from autd_analysis.data.foreign.tables import read_tables, table_paths
 
     missing = [name for name in options.study if not Path(name).exists() and not glob.has_magic(name)]
     if missing:
@@ -199,12 +199,12 @@ def _of_tables(options: argparse.Namespace) -> "tuple[Trials, Path]":
         )
     paths = table_paths(options.study)
     folder = _results_folder(options.out or _beside(paths))
-    return read_any_table(paths, table_request(options)), folder
+    return read_tables(paths, table_request(options)), folder
 
 
 def table_request(options: argparse.Namespace) -> "TableRequest":
     """Return how a table is to be read, as it was typed."""
-    from autd_analysis.data.table_request import (
+    from autd_analysis.data.foreign.request import (
         TableRequest,
         parse_choices,
         parse_columns,
@@ -250,7 +250,7 @@ def _typed(options: argparse.Namespace) -> "Sequence[str]":
 
 def _beside(paths: "Sequence[Path]") -> Path:
     """Return the folder of results beside the tables, or here if they are in a data set's own folder."""
-    from autd_analysis.data.any_table import title
+    from autd_analysis.data.foreign.tables import title
 
     name = f"{title(paths)}-analysis"
     return Path(name) if paths[0].parent.name == "beh" else paths[0].with_name(name)

@@ -27,6 +27,20 @@ _LARGEST_SHARE = 0.1
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
+    _add_sources(parser)
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="FILE", help="the calibration file to write"
+    )
+    _add_provenance(parser)
+    _add_sensors(parser)
+    _add_method(parser)
+    _add_acoustic(parser)
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of all that is random (1)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _add_sources(parser: argparse.ArgumentParser) -> None:
+    """Add what is calibrated from."""
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument(
         "--points",
@@ -58,32 +72,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="refine --calibration by what a microphone heard, or simulated:TRUE.yaml to try it",
     )
     parser.add_argument(
-        "--calibration", type=Path, metavar="FILE", help="with --acoustic: the calibration to start from"
-    )
-    parser.add_argument(
-        "--microphone-sd-mm",
-        type=positive,
-        default=0.1,
-        metavar="MM",
-        help="with --acoustic: how well each coordinate of the microphone is known (0.1)",
-    )
-    parser.add_argument(
-        "--air-temperature-c", type=float, default=20.0, metavar="C", help="with --acoustic: of the air (20)"
-    )
-    parser.add_argument(
-        "--amplitude-only",
-        action="store_true",
-        help="with --acoustic simulated: four phase steps instead of phases",
-    )
-    parser.add_argument(
         "--units", type=int, default=2, metavar="N", help="with --live: how many units there are (2)"
     )
     parser.add_argument(
         "--seconds", type=positive, metavar="S", help="with --live: end after so long (at Ctrl-C)"
     )
-    parser.add_argument(
-        "--out", type=Path, required=True, metavar="FILE", help="the calibration file to write"
-    )
+
+
+def _add_provenance(parser: argparse.ArgumentParser) -> None:
+    """Add what the files do not say themselves."""
     parser.add_argument(
         "--measured-by",
         metavar="SENSOR",
@@ -100,23 +97,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="how each sensor is mounted on its unit (as the unit's frame)",
     )
-    parser.add_argument(
-        "--method",
-        choices=("joint", "paper"),
-        default="joint",
-        help="joint likelihood, or the paper's (joint)",
-    )
-    parser.add_argument(
-        "--pairing",
-        choices=("interpolated", "nearest"),
-        help="in time, with the clocks' offset, or nearest stamps (nearest with --method paper)",
-    )
-    parser.add_argument(
-        "--mad-factor",
-        type=positive,
-        metavar="F",
-        help="of the paper's equation 10, which prints 0.6475 for 0.6745 (0.6745)",
-    )
+
+
+def _add_sensors(parser: argparse.ArgumentParser) -> None:
+    """Add what is known of the sensors and their errors."""
     parser.add_argument(
         "--range-bias",
         action=argparse.BooleanOptionalAction,
@@ -136,6 +120,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(yes; with --pairs no: robots, motion capture, SLAM)",
     )
     parser.add_argument(
+        "--noise", type=_noise, default=(3.0, 1.0), metavar="ALONG,ACROSS", help="the sensors' in mm (3,1)"
+    )
+    parser.add_argument(
         "--wand",
         type=Path,
         nargs="+",
@@ -143,8 +130,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a wand as each sensor saw it, to estimate range scales",
     )
     parser.add_argument("--wand-length-mm", type=positive, metavar="MM", help="from marker to marker")
+
+
+def _add_method(parser: argparse.ArgumentParser) -> None:
+    """Add how units are registered, and where the energy is predicted."""
     parser.add_argument(
-        "--noise", type=_noise, default=(3.0, 1.0), metavar="ALONG,ACROSS", help="the sensors' in mm (3,1)"
+        "--method",
+        choices=("joint", "paper"),
+        default="joint",
+        help="joint likelihood, or the paper's (joint)",
+    )
+    parser.add_argument(
+        "--pairing",
+        choices=("interpolated", "nearest"),
+        help="in time, with the clocks' offset, or nearest stamps (nearest with --method paper)",
+    )
+    parser.add_argument(
+        "--mad-factor",
+        type=positive,
+        metavar="F",
+        help="of the paper's equation 10, which prints 0.6475 for 0.6745 (0.6745)",
     )
     parser.add_argument(
         "--target",
@@ -152,8 +157,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="X,Y,Z",
         help="where the energy is predicted, in mm (the cloud's centre)",
     )
-    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of all that is random (1)")
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _add_acoustic(parser: argparse.ArgumentParser) -> None:
+    """Add what goes with a microphone."""
+    parser.add_argument(
+        "--calibration", type=Path, metavar="FILE", help="with --acoustic: the calibration to start from"
+    )
+    parser.add_argument(
+        "--microphone-sd-mm",
+        type=positive,
+        default=0.1,
+        metavar="MM",
+        help="with --acoustic: how well each coordinate of the microphone is known (0.1)",
+    )
+    parser.add_argument(
+        "--air-temperature-c", type=float, default=20.0, metavar="C", help="with --acoustic: of the air (20)"
+    )
+    parser.add_argument(
+        "--amplitude-only",
+        action="store_true",
+        help="with --acoustic simulated: four phase steps instead of phases",
+    )
 
 
 def execute(options: argparse.Namespace) -> int:

@@ -43,7 +43,7 @@ def add_figure_arguments(parser: argparse.ArgumentParser) -> None:
 
 def figure_options(options: argparse.Namespace) -> "FigureOptions":
     """Return what the options say of figures; raises UsageError where they cannot be understood."""
-    from autd_analysis.data.table_request import parse_levels
+    from autd_analysis.data.foreign.request import parse_levels
     from autd_analysis.report.figure_options import DEFAULT, FigureOptions
 
     titles, labels = _names(options.labels)

@@ -1,6 +1,5 @@
 """What a session was run with: versions, and the commit of the code."""
 
-import hashlib
 import platform
 import subprocess
 from importlib.metadata import version
@@ -13,11 +12,6 @@ def versions() -> dict[str, str]:
     """Return the versions of Python, the system and the packages that a session's results depend on."""
     packages = {package: version(package) for package in _PACKAGES}
     return {"python": platform.python_version(), "system": platform.platform(), **packages}
-
-
-def sha256_of(path: Path) -> str:
-    """Return the SHA-256 of a file, hexadecimal."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def git_commit() -> str | None:

@@ -11,6 +11,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -390,11 +391,9 @@ def _numbers(texts: Sequence[str]) -> "NDArray[np.float64]":
     import numpy as np
 
     joined = "".join(texts)
-    if joined.isascii() and "_" not in joined:  # then float() and number() differ in what is not finite only
-        try:
+    if joined.isascii() and "_" not in joined:  # then float() and number() differ only in what is not finite
+        with suppress(ValueError):  # some are no numbers: each is then read by itself, which takes longer
             return np.fromiter(map(float, texts), np.float64, len(texts))
-        except ValueError:
-            pass
     found = (number(text) for text in texts)
     return np.array([math.nan if value is None else value for value in found], dtype=np.float64)
 

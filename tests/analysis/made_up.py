@@ -10,8 +10,8 @@ import numpy as np
 from autd_analysis.basics.intervals import t_interval
 from autd_analysis.basics.paired import paired_t_test, sign_flip_test
 from autd_analysis.comparisons.numbers import ComparisonResult, Difference
-from autd_analysis.data.any_table import read_any_table
-from autd_analysis.data.table_request import TableRequest
+from autd_analysis.data.foreign.request import TableRequest
+from autd_analysis.data.foreign.tables import read_tables
 from autd_analysis.rates import RATES
 from autd_analysis.results import Outcome, Results
 from autd_analysis.study import analyse
@@ -63,7 +63,7 @@ def made_up(
         {factor: tuple(map(str, its)) for factor, its in levels.items()},
         comparisons,
     )
-    return analyse(read_any_table([path], request), only=["rates", "comparisons", "timing"])
+    return analyse(read_tables([path], request), only=["rates", "comparisons", "timing"])
 
 
 def with_method(results: Results, method: Method) -> Results:

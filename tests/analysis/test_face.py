@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from autd_trials.errors import UsageError
-from tests.analysis.data.test_any_table import lines
+from tests.analysis.data.test_foreign_tables import lines
 
 HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "statsmodels", "pydantic")
 

@@ -259,6 +259,7 @@ def test_an_array_can_be_opened_again_after_it_was_closed(
         array.arm(make_stimulus(duration_s=0.05))
         array.start(0.0)
         array.finish()
+        assert array.health().ok
         array.close()
 
 

@@ -149,3 +149,5 @@ def test_closing_twice_and_aborting_when_closed_is_harmless(rig: Rig, burst: Sti
     rig.array.close()
     rig.array.close()
     rig.array.abort()
+    with pytest.raises(RuntimeError, match="not open"):
+        rig.array.arm(burst)

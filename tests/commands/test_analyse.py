@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from tests.analysis.data.test_any_table import lines
+from tests.analysis.data.test_foreign_tables import lines
 from tests.commands.conftest import Run
 
 COLUMNS = "participant=pid,response=felt,clothing=cloth,modulation_hz=freq"

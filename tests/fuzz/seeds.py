@@ -81,11 +81,11 @@ def answers() -> str:
 
 def read_answers(path: Path) -> object:
     """Read a table as `analyse TABLE --columns ...` does."""
-    from autd_analysis.data.any_table import read_any_table
-    from autd_analysis.data.table_request import TableRequest
+    from autd_analysis.data.foreign.request import TableRequest
+    from autd_analysis.data.foreign.tables import read_tables
 
     names = ("participant", "response", "clothing", "modulation_hz", "response_time")
-    return read_any_table([path], TableRequest(columns={name: name for name in names}))
+    return read_tables([path], TableRequest(columns={name: name for name in names}))
 
 
 @cache

@@ -111,6 +111,7 @@ def test_whatever_happens_to_bytes_the_rest_is_read(data: st.DataObject) -> None
             content[at : at + length] = data.draw(st.binary(max_size=40))
         path.write_bytes(bytes(content))
         use_everything(study)
+        assert read_log(path).events[0] == script.events[0], "the untouched line is read"
 
 
 @settings(max_examples=60, deadline=None)

@@ -184,6 +184,8 @@ def test_close_may_be_called_at_any_time(bench: Bench) -> None:
     bench.responder.open()
     bench.responder.close()
     bench.responder.close()
+    with pytest.raises(DeviceError, match="not open"):
+        bench.read(0.0)
 
 
 def test_reopened_responder_forgets_old_presses_and_takes_new_ones(bench: Bench) -> None:

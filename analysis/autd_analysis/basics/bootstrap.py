@@ -12,8 +12,6 @@ from fractions import Fraction
 from autd_analysis.basics.intervals import CONFIDENCE, Interval
 from autd_analysis.basics.paired import LARGEST_SUPPORT, as_integers
 
-BOOTSTRAP_INTERVAL = "95 % percentile interval of the participant bootstrap, all resamples"
-
 
 def bootstrap_interval(values: Sequence[Fraction]) -> Interval | None:
     """Return the percentile interval of the mean over participants.

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from autd_analysis.basics.intervals import Interval
 from autd_analysis.comparisons.numbers import ComparisonResult
 from autd_analysis.data.design import describe_condition
-from autd_analysis.data.table_request import comparison_option
+from autd_analysis.data.foreign.request import comparison_option
 from autd_analysis.data.trials import Trials
 from autd_analysis.report.answers import change_words, test_words
 from autd_analysis.report.wording import (

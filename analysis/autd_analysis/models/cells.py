@@ -33,7 +33,7 @@ class NoModel:
 def compared_rows(
     rates: Sequence[ParticipantRate], contrast: Contrast
 ) -> tuple[BinomialRows, Array] | NoModel:
-    """Return the answers that tell about a comparison, and the weights of their cells in it.
+    """Return the responses that inform a comparison, and the weights of their cells in it.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ Trouble = Literal["unbounded", "undetermined", "not at rest"]
 
 TROUBLES: dict[Trouble, str] = {
     "unbounded": "estimates grow without bound, as where in a condition every participant felt all or none",
-    "undetermined": "the answers do not tell the model's parameters apart",
+    "undetermined": "the model's parameters are not identified",
     "not at rest": "the fit did not come to rest",
 }
 """Why there is no fit, in words."""

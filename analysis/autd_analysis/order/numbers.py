@@ -48,7 +48,7 @@ class OrderEffect:
     p
         Two-sided; None where it cannot be tested.
     participants
-        Number of participants who tell something about it.
+        Number of participants whose responses determine it.
     method
         How p was found.
     note

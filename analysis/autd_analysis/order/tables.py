@@ -32,7 +32,7 @@ ORDER_EFFECTS = Declared[Sequence[OrderEffect], OrderEffect](
         Column("p", "Two-sided, not adjusted; n/a: not testable.", lambda effect: effect.p),
         Column(
             "participants",
-            "Number of participants who tell something about it.",
+            "Number of participants whose responses determine it.",
             lambda effect: effect.participants,
         ),
         Column("method", "How p was found.", lambda effect: effect.method),

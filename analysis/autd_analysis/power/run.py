@@ -14,7 +14,6 @@ from autd_analysis.power.fast import paired_t_p, rejected, sign_flip_p
 from autd_analysis.power.model import CellContrast, Counts, StudyModel
 
 TestName = Literal["sign_flip", "paired_t", "mixed_model"]
-TESTS: tuple[TestName, ...] = ("sign_flip", "paired_t", "mixed_model")
 
 _CHUNK = {"sign_flip": 500, "paired_t": 500, "mixed_model": 25}
 

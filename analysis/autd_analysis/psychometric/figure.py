@@ -136,14 +136,13 @@ def _draw_condition(axes: "Axes", found: PsychometricResults, group: GroupCurve,
             linewidths=0,
             zorder=2,
         )
-    _draw_group(axes, found, group, people, style)
+    _draw_group(axes, found, group, style)
 
 
 def _draw_group(
     axes: "Axes",
     found: PsychometricResults,
     group: GroupCurve,
-    people: Sequence[ParticipantCurve],
     style: Style,
 ) -> None:
     mixed = group.mixed
@@ -152,14 +151,12 @@ def _draw_group(
     interval = mixed.interval if mixed else group.threshold.interval
     if threshold is None or slope is None:
         return
-    guess = float(np.mean([each.curve.guess for each in people]))
-    lapse = float(np.mean([each.curve.lapse for each in people]))
     x = _abscissae(axes, found)
     curve = psychometric_function(
-        found.core, found.axis, x, threshold=threshold, slope=slope, guess=guess, lapse=lapse
+        found.core, found.axis, x, threshold=threshold, slope=slope, guess=group.guess, lapse=group.lapse
     )
     axes.plot(x, curve, color=style.colour, linewidth=2, zorder=3)
-    halfway = (guess + 1 - lapse) / 2
+    halfway = (group.guess + 1 - group.lapse) / 2
     if interval is not None:
         _draw_interval(axes, interval.low, interval.high, halfway, style)
     if x[0] <= threshold <= x[-1]:

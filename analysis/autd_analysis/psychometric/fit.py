@@ -35,7 +35,7 @@ class Curve:
     Attributes
     ----------
     threshold
-        Stimulus at which F is 0.5; None where answers do not tell.
+        Stimulus at which F is 0.5; None where undetermined.
     slope
         dF/dt there, per octave or unit; infinite for a step, 0 for a flat function, None where answers do not
         tell.
@@ -246,7 +246,7 @@ def _threshold_and_slope(
         return None, slope, (f"answers {how} along the levels: no threshold",)
     if math.isinf(place):
         side = "below" if place < 0 else "above"
-        return None, None, (f"answers tell only that the threshold lies {side} the levels tested",)
+        return None, None, (f"the responses determine only that the threshold lies {side} the levels tested",)
     threshold = whole.axis.stimulus(whole.middle + whole.reach * place)
     if shape.step[0]:
         return threshold, slope, (_step_note(x, int(shape.level[0]), at=bool(shape.at[0])),)

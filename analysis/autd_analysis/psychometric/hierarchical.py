@@ -193,7 +193,7 @@ class KnownRates:
         return found
 
     def derivatives(self, felt: Array, trials: Array, predictor: Array) -> tuple[Array, Array]:
-        """Return its first derivative and the negative second, which is what answers tell."""
+        """Return its first derivative and the negative second, the observed information."""
         density, p, not_p, bend = self._rise(predictor)
         hits, misses = felt / p, (trials - felt) / not_p
         slope = hits - misses

@@ -32,7 +32,7 @@ _MOST_JUMPS = 12  # levels; with more the grid is fine enough
 
 @dataclass(frozen=True)
 class OpenInterval:
-    """An interval either end of which may be open: None means that no end can be told from the answers."""
+    """An interval either end of which may be open: None means that the end is undetermined."""
 
     low: float | None
     high: float | None

@@ -52,7 +52,7 @@ class Answers:
     x, felt, n
         Levels in ascending order, each once, with answers "felt" and trials; shape (levels,).
     catch_felt, catch_n
-        The same of trials without a stimulus; they tell about the guess rate alone.
+        The same of trials without a stimulus; they inform the guess rate alone.
     """
 
     x: Array

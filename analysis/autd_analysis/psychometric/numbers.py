@@ -1,5 +1,6 @@
 """The psychometric functions of a study: of every participant in every condition, and over participants."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -92,6 +93,8 @@ class GroupCurve:
         Means of the participants' estimates.
     mixed
         The mixed model of all answers; None where it cannot be fitted.
+    guess, lapse
+        Means of the participants' rates; NaN without any.
     notes
         What is odd.
     """
@@ -100,6 +103,8 @@ class GroupCurve:
     threshold: Mean
     slope: Mean
     mixed: MixedCurve | None
+    guess: float
+    lapse: float
     notes: tuple[str, ...]
 
 
@@ -258,10 +263,9 @@ def _participant(
 def _guess_method(model: Model, *, informed: bool) -> str:
     if not isinstance(model.guess, str):
         return "fixed"
-    told = "catch trials and stimuli" if informed else "stimuli"
-    return (
-        f"estimated from {told}, {'for all conditions' if model.guess == 'shared' else 'for each condition'}"
-    )
+    source = "catch trials and stimuli" if informed else "stimuli"
+    scope = "for all conditions" if model.guess == "shared" else "for each condition"
+    return f"estimated from {source}, {scope}"
 
 
 def _group(cell: Condition, people: Sequence[ParticipantCurve], core: Core, axis: Axis) -> GroupCurve:
@@ -275,8 +279,15 @@ def _group(cell: Condition, people: Sequence[ParticipantCurve], core: Core, axis
         axis,
     )
     threshold, slope = mean_threshold(curves, axis), mean_slope(curves)
-    notes = tuple(_group_notes(curves, slope, mixed))
-    return GroupCurve(cell, threshold, slope, None if isinstance(mixed, str) else mixed, notes)
+    return GroupCurve(
+        cell,
+        threshold,
+        slope,
+        None if isinstance(mixed, str) else mixed,
+        guess=float(np.mean([each.guess for each in curves])) if curves else math.nan,
+        lapse=float(np.mean([each.lapse for each in curves])) if curves else math.nan,
+        notes=tuple(_group_notes(curves, slope, mixed)),
+    )
 
 
 def _group_notes(curves: Sequence[Curve], slope: Mean, mixed: MixedCurve | str) -> Iterator[str]:
@@ -298,9 +309,9 @@ def _notes(along: str, axis: Axis, levels: Array) -> Iterator[str]:
     if along == "modulation_hz":
         yield "detection need not rise with the modulation frequency: a threshold is then no threshold"
     if axis.logarithmic and (levels == 0).any():
-        yield f"{along} 0 is taken as no stimulus: it tells about the guess rate alone"
+        yield f"{along} 0 is taken as no stimulus: it informs the guess rate alone"
     if len(levels) == FEWEST_LEVELS:
-        yield "three levels can hardly tell whether the function has this form"
+        yield "three levels can hardly show whether the function has this form"
 
 
 def _guess_remarks(people: Sequence[ParticipantCurve], options: PsychometricOptions) -> Iterator[str]:

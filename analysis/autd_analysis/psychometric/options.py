@@ -57,7 +57,7 @@ class PsychometricOptions:
             raise UsageError(f"there is no core {self.core!r}", do=f"take {', '.join(CORES)}")
 
     def model(self, *, informed: bool) -> Model:
-        """Return the model of a participant, who is `informed` with trials that tell the guess rate alone."""
+        """Return the model of a participant; `informed`: with trials that determine the guess rate alone."""
         default: Rate = "shared" if informed else 0.0
         guess = default if self.guess is None else self.guess
         return Model(CORES[self.core.lower()], guess, self.lapse)

@@ -16,8 +16,6 @@ from autd_analysis.psychometric.functions import Array
 from autd_analysis.psychometric.intervals import CurveIntervals, OpenInterval
 from autd_analysis.psychometric.model import Problem
 
-BOOTSTRAP_INTERVAL = "95 % percentile interval of the parametric bootstrap"
-
 RESAMPLES = 400
 _SEED = 1
 _TIE = 1e-4  # deviances that differ less are equal
@@ -45,7 +43,7 @@ class GoodnessOfFit:
 
 @dataclass(frozen=True)
 class Resampled:
-    """What simulated answers tell of a curve.
+    """What resampled responses show of a curve.
 
     Attributes
     ----------

@@ -21,7 +21,7 @@ _STEP_WIDTH = 0.1
 
 _GROUPS = len(_WIDTHS) + 2
 
-_SMALLEST_DISTANCE = 1e-5  # between levels, in half ranges, that is told from none
+_SMALLEST_DISTANCE = 1e-5  # between levels that differ, in half ranges
 
 _FAR = np.array([0.5, 2.0, 8.0])
 """Distances of thresholds outside the levels, in half ranges."""

@@ -55,7 +55,7 @@ def fit_beta_binomial(counts: Sequence[tuple[int, int]]) -> BetaBinomial | None:
     -------
     BetaBinomial or None
         None with fewer than two participants with trials, or if all answers are the same: how much people
-        differ can then not be told.
+        differ is then undetermined.
     """
     felt = np.array([each for each, n in counts if n > 0], float)
     trials = np.array([n for _, n in counts if n > 0], float)

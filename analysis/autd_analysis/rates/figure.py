@@ -181,10 +181,12 @@ def _catch_apart(found: _ByCondition, facets: Facets) -> bool:
 
 
 def _catch(found: _ByCondition, facets: Facets, panel: Condition, x: Condition) -> list[Column]:
-    told = facets.colour is not None and facets.colour.name in found.between
+    coloured = facets.colour is not None and facets.colour.name in found.between
     return [
-        found.catch_column(facets.cell(panel, x, each), _hollow(facets.style(panel, each) if told else PLAIN))
-        for each in (facets.side_by_side if told else [()])
+        found.catch_column(
+            facets.cell(panel, x, each), _hollow(facets.style(panel, each) if coloured else PLAIN)
+        )
+        for each in (facets.side_by_side if coloured else [()])
     ]
 
 

@@ -27,7 +27,7 @@ class Facets:
     x
         The factor along the axis; None if there is none.
     colour
-        The factor that colour and marker tell, the same in all figures of a study.
+        The factor shown by colour and marker, the same in all figures of a study.
     panels
         The factors that have a panel for each combination of their levels.
     held
@@ -91,7 +91,7 @@ class Facets:
 
     @property
     def legend(self) -> tuple[tuple[Style, str], ...]:
-        """The styles of the levels that colour tells."""
+        """The styles of the levels that colour shows."""
         if self.colour is None:
             return ()
         name = self.colour.name
@@ -138,8 +138,8 @@ class Facets:
 def study_facets(design: Design, options: FigureOptions) -> Facets:
     """Return what the figures of a study show where.
 
-    The first planned comparison tells: its two levels stand side by side in two colours, at each level of the
-    other factor along the axis. Without one, numbers stand along the axis and words have colours.
+    The first planned comparison decides: its two levels stand side by side in two colours, at each level of
+    the other factor along the axis. Without one, numbers stand along the axis and words have colours.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ class FigureOptions:
     width
         Width in mm, 60 to 400, or a column's name: ``single``, ``middle`` or ``double``.
     colours
-        Colours in the order of the levels that are told apart by colour, as matplotlib knows them
+        Colours in the order of the levels that colour shows, as matplotlib knows them
         (``"#0072B2"``, ``"tab:blue"``); without any, Okabe and Ito's. With fewer colours than levels they
         come again with other markers.
     order
@@ -160,7 +160,7 @@ def _labelled(factor: StudyFactor, options: FigureOptions) -> StudyFactor:
         others = [each for each in factor.levels if each != level]
         if not words.strip() or words in [labels.get(each, level_text(each)) for each in others]:
             raise UsageError(
-                f"the labels of {factor.name}: {words!r} does not tell its levels apart",
+                f"the labels of {factor.name}: {words!r} does not distinguish its levels",
                 do="give each level words of its own",
             )
     return dataclasses.replace(

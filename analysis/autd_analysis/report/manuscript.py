@@ -58,7 +58,7 @@ def _people(trials: Trials) -> Iterator[str]:
     people = upper_first(counted_words(len(trials.participants), kind))
     yield f"{people} took part in {counted_words(trials.sessions, 'session')}."
     if trials.simulated:
-        yield "The participants were simulated by a program; these are no data about people."
+        yield "The participants were simulated by a program; these are not human data."
 
 
 def _design(factors: Sequence[StudyFactor], labels: Labels) -> Iterator[str]:

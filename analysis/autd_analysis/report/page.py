@@ -10,10 +10,9 @@ from autd_analysis.report.figures import SavedFigure
 from autd_analysis.report.manuscript import methods_text, results_text
 from autd_analysis.report.provenance import command, input_hashes, recorded_facts, software_versions
 from autd_analysis.report.result_tables import table_section
-from autd_analysis.report.wording import isolated, size_words, upper_first
+from autd_analysis.report.wording import SIMULATED, isolated, size_words, upper_first
 from autd_analysis.results import Results
 
-_SIMULATED = "SIMULATED PARTICIPANTS: these are no data about people."
 _FIXED = "\N{NO-BREAK SPACE}"
 _EQUATION = re.compile(" ([=<>]) ")
 _ABOUT_TABLES = (
@@ -77,7 +76,7 @@ def report_page(results: Results, figures: Sequence[SavedFigure]) -> str:
 
 
 def _banner(results: Results) -> list[Element]:
-    return [tag("p", _SIMULATED, class_="simulated")] if results.trials.simulated else []
+    return [tag("p", SIMULATED, class_="simulated")] if results.trials.simulated else []
 
 
 def _contents(headings: Sequence[tuple[str, str]]) -> Element:

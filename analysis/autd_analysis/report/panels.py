@@ -17,7 +17,7 @@ _WIDEST_SLOT_IN = 0.62  # what a column takes at most: in a wide panel, columns 
 _SPREAD = 0.55  # of a column's slot: what participants with the same value may take side by side
 _DOT_POINTS, _SMALLEST_DOT = 4.0, 1.6  # diameter of a participant's dot
 _MEAN_POINTS, _SMALLEST_MEAN = 7.0, 3.0
-_FEW = 8  # participants whose lines are told apart at their full darkness
+_FEW = 8  # participants whose lines are drawn at full darkness
 _POINTS_PER_INCH = 72
 
 

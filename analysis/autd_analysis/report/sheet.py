@@ -17,6 +17,7 @@ from autd_analysis.report.lettering import (
     width_in,
 )
 from autd_analysis.report.style import BAND, INK, NOTE, SIGNAL, Style
+from autd_analysis.report.wording import SIMULATED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,7 +30,6 @@ _Y_AXIS_IN = 0.62  # label and numbers beside the first panel of a row
 _X_AXIS_IN = 0.2  # numbers below a panel whose axis has numbers
 _TICKS_GAP_IN = 0.06
 _TITLE_SIZE, _HEAD_SIZE, _STRIP_SIZE, _NOTE_SIZE, _LEGEND_SIZE, _TABLE_SIZE = 8.0, 9.0, 7.0, 7.0, 8.0, 7.0
-_BADGE = "SIMULATED PARTICIPANTS: not human data"
 _BADGE_SIZE = 8.0
 _HANDLE_IN = 0.34  # a legend's symbol with the gap behind it
 _CELL_GAP_IN = 0.14
@@ -163,7 +163,7 @@ class _Drawing:
             and bool(self._head)
             and (
                 width_in(self._head[0], _HEAD_SIZE, bold=True)
-                + width_in(_BADGE, _BADGE_SIZE, bold=True)
+                + width_in(SIMULATED, _BADGE_SIZE, bold=True)
                 + 0.4
                 > self._room_in
             )
@@ -207,9 +207,9 @@ class _Drawing:
             page.text(
                 _MARGIN_IN + 0.05 if below else self._width_in - _MARGIN_IN - 0.05,
                 first - (len(self._head) + 0.2) * line if below else first,
-                _BADGE,
+                SIMULATED,
                 _BADGE_SIZE,
-                **bold_face(_BADGE),
+                **bold_face(SIMULATED),
                 color=SIGNAL,
                 ha="left" if below else "right",
                 bbox={

@@ -20,8 +20,8 @@ NOTE = "#444444"
 SIGNAL = "#B00020"
 PAPER = "#FFFFFF"
 
-# Okabe and Ito's colours, which are told apart with any colour vision, but for their yellow, which is hardly
-# seen on white; the markers repeat the distinction, and make it where colours come again.
+# Okabe and Ito's colours, which any colour vision distinguishes, but for their yellow, which is hardly seen
+# on white; the markers repeat the distinction, and make it where colours come again.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 # Metadata that would differ from run to run is left out, so that the same results give the same bytes.

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from autd_analysis.report.wording import SIMULATED
 from autd_analysis.results import Results
 
 
@@ -33,4 +34,4 @@ def _heading(results: Results) -> Iterator[str]:
         f"{trials.sessions} session(s), {int(trials.table['used'].sum())} trials counted"
     )
     if trials.simulated:
-        yield "SIMULATED PARTICIPANTS: these are no data about people."
+        yield SIMULATED

@@ -129,7 +129,7 @@ class Declared(Generic[Found, Of]):
             Column("notes", "What could not be computed, and why.", self.notes),
             Column(
                 "simulated",
-                "Whether participants were simulated: if yes, these are no data about people.",
+                "Whether participants were simulated; if yes, these are not human data.",
                 lambda _row: simulated,
             ),
         )
@@ -187,7 +187,7 @@ AT: Column[_Compares] = Column(
     ),
 )
 PARTICIPANTS: Column[_Counted] = Column(
-    "participants", "Number of participants who tell something about it.", lambda row: row.participants
+    "participants", "Number of participants whose responses determine it.", lambda row: row.participants
 )
 TRIALS: Column[_Counted] = Column("trials", "Number of their trials counted.", lambda row: row.trials)
 LOW = "Lower end of the interval; n/a where none can be given."

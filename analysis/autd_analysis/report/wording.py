@@ -43,6 +43,9 @@ _COUNTS = [
 _ISOLATE, _POP = "\N{FIRST STRONG ISOLATE}", "\N{POP DIRECTIONAL ISOLATE}"
 _RIGHT_TO_LEFT = {"R", "AL", "AN", "RLE", "RLO", "RLI"}
 
+SIMULATED = "SIMULATED PARTICIPANTS: not human data"
+"""What stands on everything that was made from simulated participants."""
+
 
 @dataclass(frozen=True)
 class Labels:

@@ -7,12 +7,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from autd_analysis.data.all_trials import ABOUT, trial_columns, trials_sidecar, trials_tsv
+from autd_analysis.data.trials_tsv import ABOUT, trial_columns, trials_sidecar, trials_tsv
 from autd_analysis.report.facets import study_facets, unwritten
 from autd_analysis.report.figure_options import DEFAULT, FigureOptions
 from autd_analysis.report.figures import ResultFigure, SavedFigure, save_figure_of
 from autd_analysis.report.page import report_page
 from autd_analysis.report.provenance import input_hashes, software_versions
+from autd_analysis.report.wording import SIMULATED
 from autd_analysis.results import Results
 from autd_analysis.subject import Failed, failure
 from autd_trials.errors import DeviceError
@@ -193,7 +194,7 @@ def _remove_old_tracebacks(results: Results, folder: Path) -> None:
 
 def _readme(results: Results) -> str:
     """Return what a person who opens the folder should read first."""
-    origin = "SIMULATED PARTICIPANTS: these are no data about people.\n\n" if results.trials.simulated else ""
+    origin = f"{SIMULATED}.\n\n" if results.trials.simulated else ""
     warnings = "".join(f"- {warning}\n" for warning in results.remarks) or "None.\n"
     methods = "".join(f"- {method}\n" for method in results.definitions.values())
     all_tables: list[tuple[str, str, Sequence[Column[Any]]]] = [

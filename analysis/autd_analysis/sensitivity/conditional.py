@@ -34,7 +34,7 @@ class ConditionalFit:
     log_likelihood
         Conditional log likelihood without the binomial coefficients.
     participants
-        Number of participants who felt some but not all: the others tell nothing.
+        Number of participants who felt some but not all: the others are uninformative.
     """
 
     coefficients: Array
@@ -52,16 +52,16 @@ def fit_conditional(felt: Array, trials: Array, design: Array) -> ConditionalFit
         Counts, shape (participants, conditions); without trials both are 0.
     design
         Logits of the conditions are this times the coefficients, shape (conditions, k); columns that are the
-        same in all conditions tell nothing and may not be there.
+        same in all conditions are uninformative and may not be there.
 
     Returns
     -------
     ConditionalFit or None
-        None if the participants do not tell the coefficients apart, or estimates are infinite.
+        None if the coefficients are not identified, or estimates are infinite.
     """
     totals = felt.sum(axis=1)
-    telling = (totals > 0) & (totals < trials.sum(axis=1))
-    felt, trials = felt[telling], trials[telling]
+    informative = (totals > 0) & (totals < trials.sum(axis=1))
+    felt, trials = felt[informative], trials[informative]
     coefficients = np.zeros(design.shape[1])
     for _ in range(_MOST_STEPS):
         logits = design @ coefficients
@@ -72,7 +72,7 @@ def fit_conditional(felt: Array, trials: Array, design: Array) -> ConditionalFit
         step = np.linalg.solve(information, score)
         if float(score @ step) < _CONVERGED:
             covariance = np.asarray(np.linalg.inv(information), float)
-            return ConditionalFit(coefficients + step, covariance, value, int(telling.sum()))
+            return ConditionalFit(coefficients + step, covariance, value, int(informative.sum()))
         coefficients = coefficients + step * min(1.0, 2 / float(np.abs(step).max()))
         if np.ptp(design @ coefficients) > _LARGEST_LOGIT:
             return None

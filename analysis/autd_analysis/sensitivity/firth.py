@@ -63,7 +63,7 @@ def firth_effect(felt: Array, trials: Array, design: Array, weights: Array) -> F
     Returns
     -------
     FirthEffect or None
-        None if the answers do not tell the coefficients apart, or the iterations do not come to rest.
+        None if the coefficients are not identified, or the iterations do not come to rest.
     """
     penalised = _Penalised(felt, trials, design)
     if np.linalg.matrix_rank(penalised.information(np.zeros(len(weights))), hermitian=True) < len(weights):

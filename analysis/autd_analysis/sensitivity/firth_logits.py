@@ -1,4 +1,4 @@
-"""Every condition's logit with Firth's penalty, answers taken as independent; separation told."""
+"""Every condition's logit with Firth's penalty, answers taken as independent; separation stated."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -40,7 +40,7 @@ FIRTH = "Firth logistic"
 _NO_GEE = "the equations have no finite solution, as where all or none were felt in a condition"
 _NO_VARIANCE = "participants are exactly alike, or one stands alone in a condition: no standard error"
 _NO_CONDITIONAL = "no finite estimate: within participants, answers are separated or too few differ"
-_NO_FIRTH = "participants and conditions cannot be told apart"
+_NO_FIRTH = "the effects of participants and conditions are confounded"
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class OtherEstimate:
     method
         The model and the kind of its standard error.
     participants, trials
-        How many tell something: for conditional logistic, only who felt some but not all.
+        How many are informative: for conditional logistic, only who felt some but not all.
     logits, standard_error, interval
         First minus second; None where undefined.
     wald, df, wald_p
@@ -182,8 +182,8 @@ def _conditional(rows: BinomialRows, weights: Array, contrast: Contrast) -> Othe
     full = fit_conditional(felt, trials, design)
     reduced = fit_conditional(felt, trials, null_space(np.vstack([alike, weights])))
     totals, all_trials = felt.sum(axis=1), trials.sum(axis=1)
-    telling = (totals > 0) & (totals < all_trials)
-    people, counted = int(telling.sum()), int(all_trials[telling].sum())
+    informative = (totals > 0) & (totals < all_trials)
+    people, counted = int(informative.sum()), int(all_trials[informative].sum())
     if full is None or reduced is None:
         return OtherEstimate(contrast, CONDITIONAL, people, counted, note=_NO_CONDITIONAL)
     own = weights @ design

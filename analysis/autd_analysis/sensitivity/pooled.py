@@ -92,7 +92,7 @@ def chi_squared_p(table: Stratum) -> float | None:
 
 
 def cmh_p(strata: Sequence[Stratum]) -> float | None:
-    """Return p of the Cochran-Mantel-Haenszel test; None if no stratum tells anything.
+    """Return p of the Cochran-Mantel-Haenszel test; None if no stratum is informative.
 
     W. G. Cochran (1954), Biometrics 10, 417-451; N. Mantel and W. Haenszel (1959), J. Natl. Cancer Inst. 22,
     719-748.
@@ -109,17 +109,19 @@ def cmh_p(strata: Sequence[Stratum]) -> float | None:
 
 
 def cmh_exact_p(strata: Sequence[Stratum]) -> float | None:
-    """Return the exact conditional p of no common odds ratio but 1; None if no stratum tells anything.
+    """Return the exact conditional p of no common odds ratio but 1; None if no stratum is informative.
 
     The sum of the strata's hypergeometric counts; outcomes at most as likely as the observed one count.
     """
-    telling = [(first, second) for first, second in strata if 0 < first[0] + second[0] < first[1] + second[1]]
-    telling = [(first, second) for first, second in telling if min(first[1], second[1]) > 0]
-    if not telling:
+    informative = [
+        (first, second) for first, second in strata if 0 < first[0] + second[0] < first[1] + second[1]
+    ]
+    informative = [(first, second) for first, second in informative if min(first[1], second[1]) > 0]
+    if not informative:
         return None
-    parts = [_hypergeometric(n, m, a + b) for (a, n), (b, m) in telling]
+    parts = [_hypergeometric(n, m, a + b) for (a, n), (b, m) in informative]
     chances = reduce(np.convolve, parts)
-    observed = chances[sum(first[0] for first, _ in telling)]
+    observed = chances[sum(first[0] for first, _ in informative)]
     return min(1.0, float(chances[chances <= observed * (1 + 1e-7)].sum()))
 
 

@@ -45,7 +45,7 @@ class ThresholdComparison:
         Participants' differences in dB, first minus second.
     mean_db, interval, paired_t, sign_flip
         Their mean, its t interval, and two-sided tests.
-    untold
+    undetermined
         Number of participants who lack one of the two thresholds.
     higher_first, higher_second, sign_p
         At how many participants which threshold is known to be higher, those beyond the levels included, and
@@ -60,7 +60,7 @@ class ThresholdComparison:
     interval: Interval | None
     paired_t: PairedT | None
     sign_flip: SignFlip | None
-    untold: int
+    undetermined: int
     higher_first: int
     higher_second: int
     sign_p: float | None
@@ -122,7 +122,7 @@ def _compare(found: Sequence[Threshold], contrast: Contrast) -> ThresholdCompari
         interval=t_interval([float(value) for value in values]),
         paired_t=paired_t_test(values),
         sign_flip=sign_flip_test(coarse),
-        untold=len({each.participant for each in found}) - len(values),
+        undetermined=len({each.participant for each in found}) - len(values),
         higher_first=higher.count(1),
         higher_second=higher.count(-1),
         sign_p=_sign_test(higher.count(1), higher.count(-1)),

@@ -167,7 +167,7 @@ def _caption(found: Thresholds, trials: Trials, *, tests: bool) -> Iterator[str]
         f"mean of thresholds and mean of differences{compared} over participants; bars: its 95% t interval, "
         "in dB (20 log10 of the level)."
     )
-    undetermined = sum(group.untold for group in found.conditions)
+    undetermined = sum(group.undetermined for group in found.conditions)
     if undetermined:
         yield (
             f"{undetermined} threshold{'s are' if undetermined > 1 else ' is'} undetermined and not in the "

@@ -1,6 +1,6 @@
 """Thresholds of adaptive studies, as the method itself estimates them: of each participant and over them.
 
-A track (the trials of one condition in one session) gives a threshold by its method: the mean of a
+An adaptive run (the trials of one condition in one session) gives a threshold by its method: the mean of a
 staircase's reversals, or the mean of QUEST+'s posterior. Thresholds are averaged and compared in dB (20 log10
 of the level), where people's differences do not depend on how sensitive they are.
 """
@@ -31,8 +31,8 @@ class Threshold:
     participant, condition
         Whose, and where.
     threshold
-        The level felt at `rate`, a geometric mean over the sessions that tell it, weighted by their trials;
-        None if none does, or if it lies beyond the levels in one.
+        The level felt at `rate`, a geometric mean over the sessions that determine it, weighted by their
+        trials; None if none does, or if it lies beyond the levels in one.
     rate
         The rate of "felt" that the threshold is for.
     spread_db
@@ -64,16 +64,16 @@ class Threshold:
 class GroupThreshold:
     """Geometric mean of participants' thresholds in a condition, with its interval; None where undefined.
 
-    `untold` counts participants who have a track there that tells no threshold; `over` and `under` those of
-    them whose threshold lies over the largest or under the smallest level. They are not in the mean, which is
-    too low or too high by that.
+    `undetermined` counts participants whose adaptive runs there determine no threshold; `over` and `under`
+    those of them whose threshold lies over the largest or under the smallest level. They are not in the mean,
+    which is too low or too high by that.
     """
 
     condition: Condition
     threshold: float | None
     interval: Interval | None
     participants: int
-    untold: int
+    undetermined: int
     over: int
     under: int
 
@@ -81,9 +81,9 @@ class GroupThreshold:
 def thresholds(trials: Trials, method: Method) -> tuple[Threshold, ...]:
     """Return each participant's threshold in each condition."""
     design = trials.design
-    tracks = _tracks(trials, design, method)
+    runs = _runs(trials, design, method)
     return tuple(
-        _threshold(participant, condition, method, tracks[participant, frozenset(condition)])
+        _threshold(participant, condition, method, runs[participant, frozenset(condition)])
         for participant in trials.participants
         for condition in conditions(design.factors)
     )
@@ -102,7 +102,7 @@ def over_participants(found: Sequence[Threshold]) -> tuple[GroupThreshold, ...]:
                 threshold=_level(statistics.fmean(db)) if db else None,
                 interval=interval_db and Interval(_level(interval_db.low), _level(interval_db.high)),
                 participants=len(db),
-                untold=sum(each.threshold is None and each.trials > 0 for each in there),
+                undetermined=sum(each.threshold is None and each.trials > 0 for each in there),
                 over=sum(each.beyond == 1 for each in there),
                 under=sum(each.beyond == -1 for each in there),
             )
@@ -110,7 +110,7 @@ def over_participants(found: Sequence[Threshold]) -> tuple[GroupThreshold, ...]:
     return tuple(groups)
 
 
-def _tracks(
+def _runs(
     trials: Trials, design: Design, method: Method
 ) -> defaultdict[tuple[str, frozenset[tuple[str, Level]]], dict[str, list[Answer]]]:
     """Return the answers by participant and condition, and by session within."""
@@ -135,7 +135,7 @@ def _threshold(
     told = [] if beyond else [pair for pair in estimates if pair[0].threshold is not None]
     notes = dict.fromkeys(estimate.note for estimate, _ in estimates if estimate.note)
     if told and len(told) < len(estimates):
-        notes[f"{len(estimates) - len(told)} session(s) that tell no threshold are left out"] = None
+        notes[f"{len(estimates) - len(told)} session(s) that determine no threshold are excluded"] = None
     spreads = [estimate.spread_db for estimate, _ in told if estimate.spread_db is not None]
     return Threshold(
         participant=participant,

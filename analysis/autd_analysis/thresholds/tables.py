@@ -13,10 +13,10 @@ from autd_analysis.thresholds.comparisons import DIFFERENCE_INTERVAL, ThresholdC
 from autd_analysis.thresholds.numbers import THRESHOLD_INTERVAL, GroupThreshold, Threshold
 from autd_trials.tables import Column, of
 
-_UNTOLD: Column[GroupThreshold | ThresholdComparison] = Column(
-    "untold",
-    "Number of participants whose tracks do not tell it; they are left out.",
-    lambda found: found.untold,
+_UNDETERMINED: Column[GroupThreshold | ThresholdComparison] = Column(
+    "undetermined",
+    "Number of participants whose adaptive runs do not determine it; they are excluded.",
+    lambda found: found.undetermined,
 )
 
 
@@ -33,7 +33,7 @@ OVER_PARTICIPANTS = Declared[Thresholds, GroupThreshold](
         ),
         *interval_columns(THRESHOLD_INTERVAL, iterative=True),
         Column("participants", "Number of participants in the mean.", lambda group: group.participants),
-        _UNTOLD,
+        _UNDETERMINED,
         Column(
             "over",
             "Those of them whose threshold lies over the largest level: the mean is too low.",
@@ -56,7 +56,7 @@ BY_PARTICIPANT = Declared[Thresholds, Threshold](
     columns=(
         Column(
             "threshold",
-            "The level felt at `rate`; n/a: the track does not tell.",
+            "The level felt at `rate`; n/a: undetermined.",
             lambda found: iterated(found.threshold),
         ),
         Column("rate", "The rate of felt that the threshold is for.", lambda found: iterated(found.rate)),
@@ -81,7 +81,7 @@ COMPARISONS = Declared[Thresholds, ThresholdComparison](
             "Number of participants with both thresholds.",
             lambda found: len(found.differences_db),
         ),
-        _UNTOLD,
+        _UNDETERMINED,
         Column(
             "mean_difference_db",
             "Mean of threshold at first minus threshold at second, in dB.",

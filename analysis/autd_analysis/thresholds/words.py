@@ -98,7 +98,9 @@ def _group(group: GroupThreshold) -> str:
         )
         if count
     ]
-    undetermined = f", {'; '.join([f'{group.untold} undetermined', *beyond])}" if group.untold else ""
+    undetermined = (
+        f", {'; '.join([f'{group.undetermined} undetermined', *beyond])}" if group.undetermined else ""
+    )
     mean = f"{format_level(group.threshold)} {format_interval(group.interval, format_level)}"
     return f"{mean}, n = {group.participants}{undetermined}"
 

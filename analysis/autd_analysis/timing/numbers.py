@@ -19,7 +19,7 @@ LATE_S = 0.001
 """An onset that is later than this is counted as late."""
 
 VIRTUAL_TIME = "not measured: the sessions ran in virtual time"
-NOT_TOLD = "not told: participants were simulated, and a table does not say whether in real time"
+NOT_KNOWN = "not known: participants were simulated, and a table does not say whether in real time"
 NOT_RECORDED = "not recorded"
 
 _TIMES = {
@@ -165,12 +165,12 @@ def onset_times(trials: Trials) -> tuple[TimeSummary, ...]:
         for session in trials.logged
         if session.start.virtual_time
     }
-    unknown = trials.simulated and not trials.logged  # a table alone does not tell whether time was real
+    unknown = trials.simulated and not trials.logged  # a table alone does not show whether time was real
     ran_virtually = [
         unknown or key in virtual for key in zip(complete["participant"], complete["session"], strict=True)
     ]
     measured = complete[~np.array(ran_virtually, dtype=bool)]
-    why = NOT_TOLD if unknown else VIRTUAL_TIME
+    why = NOT_KNOWN if unknown else VIRTUAL_TIME
     return tuple(_summary(name, about, complete, measured, why) for name, about in _TIMES.items())
 
 

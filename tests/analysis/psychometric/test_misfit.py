@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from autd_analysis.data.any_table import read_table
 from autd_analysis.psychometric.misfit import misfits
 from autd_analysis.psychometric.numbers import all_psychometric_results
+from autd_analysis.reading import read_table
 
 LEVELS = (0.5, 1, 2, 4, 8)
 

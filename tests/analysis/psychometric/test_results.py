@@ -207,7 +207,7 @@ def test_a_drive_of_zero_is_no_stimulus() -> None:
         assert len(each.answers.x) == 48
         assert (each.answers.catch_felt, each.answers.catch_n) == (1, 12)
         assert 0 < each.curve.guess < 0.2
-    assert "drive 0 is taken as no stimulus: it tells about the guess rate alone" in found.notes
+    assert "drive 0 is taken as no stimulus: it informs the guess rate alone" in found.notes
 
 
 def test_people_without_trials_in_a_condition_are_left_out_of_it(writer: StudyWriter) -> None:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 from autd_analysis.comparisons import COMPARISONS
-from autd_analysis.data.any_table import read_any_table
-from autd_analysis.data.table_request import TableRequest
+from autd_analysis.data.foreign.request import TableRequest
+from autd_analysis.data.foreign.tables import read_tables
 from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.writing import write_results
 from autd_analysis.results import Results
@@ -161,7 +161,7 @@ def test_texts_for_a_manuscript_have_the_numbers(chest_report: Report) -> None:
         in words
     )
     assert f"t({at_100.paired_t.df}) = {at_100.paired_t.t:.2f}" in words.replace("\N{NO-BREAK SPACE}", " ")
-    assert "SIMULATED PARTICIPANTS: these are no data about people." in words
+    assert "SIMULATED PARTICIPANTS: not human data" in words
 
 
 def test_a_study_of_people_is_nowhere_called_simulated(writer: StudyWriter, tmp_path: Path) -> None:
@@ -183,7 +183,7 @@ def test_what_people_write_is_shown_and_never_run(tmp_path: Path) -> None:
     path.write_text("\n".join(["who,felt,what,rt", *rows]) + "\n")
     columns = {"participant": "who", "response": "felt", "what": "what", "response_time": "rt"}
     comparison = Comparison.model_construct(factor="what", first=HOSTILE, second="plain", at_each=None)
-    results = analyse(read_any_table([path], TableRequest(columns, comparisons=(comparison,))))
+    results = analyse(read_tables([path], TableRequest(columns, comparisons=(comparison,))))
     page = written(results, tmp_path / "out").page
     assert page.tags["script"] == page.tags["b"] == 0
     assert HOSTILE in page.words

@@ -98,7 +98,7 @@ def test_many_trials_and_extreme_rates_lose_no_digits() -> None:
         [[0, 0], [0, 0], [0, 0]],
     ],
 )
-def test_infinite_or_untold_effects_are_not_given(felt: list[list[int]]) -> None:
+def test_infinite_or_undetermined_effects_are_not_given(felt: list[list[int]]) -> None:
     assert fit_conditional(np.array(felt, float), np.full((3, 2), 10.0), against_first(2)) is None
 
 

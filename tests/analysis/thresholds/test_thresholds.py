@@ -209,13 +209,13 @@ def test_a_session_that_was_broken_off_hides_no_threshold_of_another() -> None:
     found = found_in(trials_of([("1", "01", 50.0, "inner", "+-+-+-"), ("1", "02", 50.0, "inner", "+")]))
     assert found[0].threshold == whole[0].threshold
     assert found[0].note is not None
-    assert "1 session(s) that tell no threshold are left out" in found[0].note
+    assert "1 session(s) that determine no threshold are excluded" in found[0].note
 
 
-def test_a_track_that_tells_nothing_is_counted_as_untold() -> None:
+def test_a_run_without_a_threshold_is_counted_as_undetermined() -> None:
     found = found_in(trials_of([("1", "01", 50.0, "inner", "+-+-+-"), ("2", "01", 50.0, "inner", "++++")]))
     (group,) = (each for each in over_participants(found) if each.participants)
-    assert (group.participants, group.untold) == (1, 1)
+    assert (group.participants, group.undetermined) == (1, 1)
     assert group.interval is None
 
 
@@ -260,7 +260,7 @@ def test_a_threshold_beyond_the_levels_is_higher_than_one_that_is_told() -> None
     assert (at_50.higher_first, at_50.higher_second) == (1, 3)
     assert at_50.sign_p == pytest.approx(stats.binomtest(1, 4).pvalue)
     assert [participant for participant, _ in at_50.differences_db] == ["4"]
-    assert at_50.untold == 4
+    assert at_50.undetermined == 4
 
 
 def test_equal_thresholds_are_not_testable() -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from autd_analysis.data.any_columns import KNOWN
-from autd_analysis.data.any_table import read_any_table
-from autd_analysis.data.table_request import TableRequest
+from autd_analysis.data.foreign.columns import KNOWN
+from autd_analysis.data.foreign.request import TableRequest
+from autd_analysis.data.foreign.tables import read_tables
 from autd_analysis.data.trials import Trials, read_trials
 from autd_analysis.report.figure_options import DEFAULT
 from autd_analysis.report.style import figure_style
@@ -48,7 +48,7 @@ def read(tmp_path: Path, rows: Sequence[str] = ROWS, header: str = HEADER) -> Tr
     path = tmp_path / "trials.csv"
     path.write_text("\n".join([header, *rows]) + "\n")
     columns = {name: name for name in header.split(",") if name in KNOWN or name == "clothing"}
-    return read_any_table([path], TableRequest(columns))
+    return read_tables([path], TableRequest(columns))
 
 
 def test_onsets_are_those_of_complete_stimuli(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ class TableRequest:
     Attributes
     ----------
     columns
-        The table's column for each of our names: those in `autd_analysis.data.any_columns.KNOWN`, and
+        The table's column for each of our names: those in `autd_analysis.data.foreign.columns.KNOWN`, and
         factors. A column `simulated` is always read.
     levels
         Order of a factor's levels; those that are not named are refused. Others: as numbers, or by the

@@ -5,9 +5,9 @@ import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
-from autd_analysis.data.any_words import ANSWERS, TRIAL_TYPES
 from autd_analysis.data.design import refuse_reserved
-from autd_analysis.data.table_request import TableRequest, columns_option, words_option
+from autd_analysis.data.foreign.request import TableRequest, columns_option, words_option
+from autd_analysis.data.foreign.words import ANSWERS, TRIAL_TYPES
 from autd_analysis.data.trial_table import TABLE_SUFFIX
 from autd_trials.errors import UsageError
 from autd_trials.tables import FOREIGN_MISSING_WORDS, RESERVED_NAMES, Table, number
@@ -179,7 +179,7 @@ def require_columns(
 
 
 def suggested(table: Table, columns: Mapping[str, str], *, ask_participant: bool = True) -> dict[str, str]:
-    """Return columns under our names with which a table can be read, as far as their names and cells tell.
+    """Return columns under our names with which a table can be read, as far as their names and cells show.
 
     Parameters
     ----------
@@ -225,8 +225,8 @@ def suggested(table: Table, columns: Mapping[str, str], *, ask_participant: bool
         take("trial_type", lambda theirs: words[theirs] != set() and words[theirs] <= TRIAL_TYPES.keys())
         some = [name for name in free if words[name]] or free
         several = [name for name in some if 1 < len(words[name]) <= _MOST_FACTOR_LEVELS]
-        telling = [name for name in several if _is_telling(name)]
-        for name in telling[:_MOST_FACTORS] or (several or some)[:1]:
+        informative = [name for name in several if _is_informative(name)]
+        for name in informative[:_MOST_FACTORS] or (several or some)[:1]:
             found[free_name(name)] = name
     return found
 
@@ -318,6 +318,6 @@ def _is_count(word: str) -> bool:
     return value is not None and value >= 0 and value.is_integer()
 
 
-def _is_telling(name: str) -> bool:
+def _is_informative(name: str) -> bool:
     """Return whether a column's name does not say that it is something else than a factor."""
     return name not in RESERVED_NAMES and not _TELLS_OTHERWISE.search(_key(name))

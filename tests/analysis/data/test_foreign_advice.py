@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from autd_analysis.data.any_table import read_any_table, table_paths
+from autd_analysis.data.foreign.tables import read_tables, table_paths
 from autd_analysis.data.trials import Trials
 
 from autd_trials.commands import analyse
@@ -33,7 +33,7 @@ def typed(arguments: Sequence[str]) -> Trials:
     parser = argparse.ArgumentParser()
     analyse.add_arguments(parser)
     options = parser.parse_args(arguments)
-    return read_any_table(table_paths(options.study), analyse.table_request(options))
+    return read_tables(table_paths(options.study), analyse.table_request(options))
 
 
 def advised(arguments: Sequence[str], error: UsageError) -> list[list[str]]:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 from autd_analysis.comparisons import COMPARISONS
-from autd_analysis.data.any_table import read_any_table
-from autd_analysis.data.table_request import TableRequest
+from autd_analysis.data.foreign.request import TableRequest
+from autd_analysis.data.foreign.tables import read_tables
 from autd_analysis.data.trials import Trials
 from autd_analysis.detectability import DETECTABILITY
 from autd_analysis.order import ORDER
@@ -46,7 +46,7 @@ def read(
 ) -> Trials:
     path = tmp_path / name
     path.write_text("\n".join([header, *rows]) + "\n")
-    return read_any_table([path], TableRequest(columns, levels or {}, comparisons))
+    return read_tables([path], TableRequest(columns, levels or {}, comparisons))
 
 
 def test_rates_and_comparisons_are_those_of_the_table(tmp_path: Path) -> None:
@@ -171,7 +171,7 @@ def test_trials_that_are_there_twice_are_told(tmp_path: Path) -> None:
 
 def test_a_missing_table_is_told(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="the table cannot be read"):
-        read_any_table([tmp_path / "none.csv"], TableRequest(COLUMNS))
+        read_tables([tmp_path / "none.csv"], TableRequest(COLUMNS))
 
 
 def test_what_is_not_read_is_said(tmp_path: Path) -> None:
@@ -287,7 +287,7 @@ def test_what_was_not_compared_is_said_with_how_to_ask(tmp_path: Path) -> None:
 
 def test_bids_events_need_only_the_factors_to_be_named(chest: StudyWriter) -> None:
     (table,) = chest.folder.glob("sub-03/*/beh/*_events.tsv")
-    trials = read_any_table([table], TableRequest({"clothing": "clothing", "modulation_hz": "modulation_hz"}))
+    trials = read_tables([table], TableRequest({"clothing": "clothing", "modulation_hz": "modulation_hz"}))
     assert trials.participants == ("03",)
     assert trials.table["session"].unique().tolist() == ["01"]
     assert int(trials.table["felt"].sum()) == sum(CHEST_COUNTS[2])
@@ -297,7 +297,7 @@ def test_bids_events_need_only_the_factors_to_be_named(chest: StudyWriter) -> No
 def test_bids_events_without_a_factor_are_told_what_there_is(chest: StudyWriter) -> None:
     (table,) = chest.folder.glob("sub-03/*/beh/*_events.tsv")
     with pytest.raises(UsageError, match=r"--columns modulation_hz,clothing"):
-        read_any_table([table], TableRequest({}))
+        read_tables([table], TableRequest({}))
 
 
 def test_a_mixture_of_people_and_programs_is_said(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from autd_analysis.data.any_table import read_table
 from autd_analysis.data.trials import Trials
+from autd_analysis.reading import read_table
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -287,9 +287,9 @@ def test_catch_trials_by_type_by_amplitude_or_not(tmp_path: Path) -> None:
     rows = [f"P{n % 2},{amp},{n % 2},{('main', 'none')[amp == 0]}\n" for n in range(8) for amp in (0, 1, 2)]
     path.write_text("who,amp,felt,kind\n" + "".join(rows))
     columns = "participant=who,response=felt,amp"
-    untold = read_table(path, columns=columns)
-    assert untold.design.factors[0].levels == (0.0, 1.0, 2.0)
-    assert any("these are catch trials: --catch amp=0" in warning for warning in untold.warnings)
+    as_read = read_table(path, columns=columns)
+    assert as_read.design.factors[0].levels == (0.0, 1.0, 2.0)
+    assert any("these are catch trials: --catch amp=0" in warning for warning in as_read.warnings)
     by_amplitude = read_table(path, columns=columns, catch="amp=0")
     by_type = read_table(path, columns=f"{columns},trial_type=kind", catch={"trial_type": "none"})
     for trials in (by_amplitude, by_type):
@@ -315,9 +315,9 @@ def test_answers_of_keys_are_not_taken_for_words(tmp_path: Path) -> None:
 def test_no_answer_means_not_felt_only_where_it_is_said(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     path.write_text("who,amp,felt\n" + "".join(f"P1,{n % 3},{('1', '')[n % 2]}\n" for n in range(12)))
-    untold = read_table(path, columns="participant=who,response=felt,amp")
-    assert counted(untold, "amp")["P1", 1.0] == (2, 2)
-    assert "all answers mean felt; if none means not felt: --yes 1" in untold.warnings
+    as_read = read_table(path, columns="participant=who,response=felt,amp")
+    assert counted(as_read, "amp")["P1", 1.0] == (2, 2)
+    assert "all answers mean felt; if none means not felt: --yes 1" in as_read.warnings
     told = read_table(path, columns="participant=who,response=felt,amp", yes=1)
     assert counted(told, "amp")["P1", 1.0] == (2, 4)
 

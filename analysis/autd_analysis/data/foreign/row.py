@@ -3,8 +3,8 @@
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from autd_analysis.data.any_words import SPREADSHEET_ERROR, TRIAL_STATUS, is_missing
-from autd_analysis.data.table_request import choice_option
+from autd_analysis.data.foreign.request import choice_option
+from autd_analysis.data.foreign.words import SPREADSHEET_ERROR, TRIAL_STATUS, is_missing
 from autd_analysis.data.trial_table import TrialRow, trial_timing
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Level
@@ -24,7 +24,7 @@ class Line:
     file
         The number of its file.
     cells
-        Its cells under our names, as in `autd_analysis.data.any_columns.KNOWN`, and under the factors'.
+        Its cells under our names, as in `autd_analysis.data.foreign.columns.KNOWN`, and under the factors'.
     others
         All its cells under the table's names.
     """

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 
-from autd_analysis.data.any_columns import factor_names
-from autd_analysis.data.any_row import Line
-from autd_analysis.data.any_words import Levels, plain_words, spelled
 from autd_analysis.data.design import StudyFactor
-from autd_analysis.data.table_request import TableRequest, columns_option, comparison_option, levels_option
+from autd_analysis.data.foreign.columns import factor_names
+from autd_analysis.data.foreign.request import TableRequest, columns_option, comparison_option, levels_option
+from autd_analysis.data.foreign.row import Line
+from autd_analysis.data.foreign.words import Levels, plain_words, spelled
 from autd_trials.errors import UsageError
 from autd_trials.protocol.schema import Comparison, Level
 from autd_trials.tables import level_text

@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
-from autd_analysis.data.all_trials import trial_columns, trials_sidecar, trials_tsv
-from autd_analysis.data.any_table import read_table
 from autd_analysis.data.trials import read_trials
+from autd_analysis.data.trials_tsv import trial_columns, trials_sidecar, trials_tsv
+from autd_analysis.reading import read_table
 from autd_analysis.report.figure_options import FigureOptions
 from autd_analysis.report.writing import write_results
 from autd_analysis.study import analyse

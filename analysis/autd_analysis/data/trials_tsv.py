@@ -32,7 +32,7 @@ def trial_columns(trials: Trials) -> tuple[Column[Row], ...]:
     known = [column for column in _TRAILING if _is_known(column, trials)]
     simulated = Column[Row](
         "simulated",
-        "Whether participants were simulated: if yes, these are no data about people.",
+        "Whether participants were simulated; if yes, these are not human data.",
         lambda _row: trials.simulated,
     )
     return (*_LEADING, *levels, *known, simulated)

@@ -4,11 +4,11 @@ from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from autd_analysis.data.any_row import Line
-from autd_analysis.data.any_words import Levels, are_right_or_wrong, few, spelled
 from autd_analysis.data.checks import alike_words
 from autd_analysis.data.design import Design, StudyFactor
-from autd_analysis.data.table_request import TableRequest, choice_option, columns_option, words_option
+from autd_analysis.data.foreign.request import TableRequest, choice_option, columns_option, words_option
+from autd_analysis.data.foreign.row import Line
+from autd_analysis.data.foreign.words import Levels, are_right_or_wrong, few, spelled
 from autd_analysis.data.trial_table import TrialRow
 from autd_trials.tables import FOREIGN_MISSING_WORDS, Table, level_text
 

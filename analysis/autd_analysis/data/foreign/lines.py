@@ -4,10 +4,18 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from autd_analysis.data.any_columns import COUNTS
-from autd_analysis.data.any_row import Line, counts
-from autd_analysis.data.any_words import TRIAL_TYPES, Levels, few, is_missing, is_same, one_label, plain_words
-from autd_analysis.data.table_request import Choice, choice_option
+from autd_analysis.data.foreign.columns import COUNTS
+from autd_analysis.data.foreign.request import Choice, choice_option
+from autd_analysis.data.foreign.row import Line, counts
+from autd_analysis.data.foreign.words import (
+    TRIAL_TYPES,
+    Levels,
+    few,
+    is_missing,
+    is_same,
+    one_label,
+    plain_words,
+)
 from autd_trials.errors import UsageError
 from autd_trials.tables import FOREIGN_MISSING_WORDS, Table
 
@@ -69,8 +77,8 @@ def with_catch(lines: Sequence[Line], catch: Sequence[Choice]) -> list[Line]:
     def marked(line: Line) -> Line:
         if any(is_same(line.named(name) or "", value) for name, value in catch):
             return replace(line, cells={**line.cells, "trial_type": "catch"})
-        told = line.cells["trial_type"]
-        other = by_type and TRIAL_TYPES.get(told.lower(), "catch") == "catch"
+        word = line.cells["trial_type"]
+        other = by_type and TRIAL_TYPES.get(word.lower(), "catch") == "catch"
         return replace(line, cells={**line.cells, "trial_type": "stimulus"}) if other else line
 
     return [marked(line) for line in lines]
